@@ -9,8 +9,8 @@ mod springs;
 
 pub use organ_contact::OrganContact;
 pub use pressures::BadStiffness;
-pub use rigid::Rigid;
-pub use rigid_contact::{ContactForce, ObstacleContact, RigidContact, TubeContact, TubeForce};
+pub use rigid::{ContactForce, Rigid};
+pub use rigid_contact::{ObstacleContact, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;
 
 use super::bodies::Bodies;

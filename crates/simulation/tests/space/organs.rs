@@ -9,7 +9,7 @@ use simulation::space::solid::Deformable;
 use simulation::space::system::System;
 use simulation::space::term::{OrganContact, Term};
 
-use crate::obstacle::{approach_of_ball, below, hold, newton, surface};
+use crate::obstacle::{below, hold, newton, surface};
 use crate::random;
 use crate::terms::{check, scene};
 
@@ -128,7 +128,7 @@ fn patch(sides: [f64; 2]) -> f64 {
     );
     system.organs.push(contact.unwrap());
     let (mut search, mut a) = (newton(&system, 1e-10), system.initial());
-    let found = settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
+    settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
     let force = system.organs[0].force(&system.bodies, &a);
     assert!((force.force.z / (-1600.0 * pressure) - 1.0).abs() < 1e-8, "{force:?}");
     let mut worst = 0.0_f64;
@@ -140,12 +140,6 @@ fn patch(sides: [f64; 2]) -> f64 {
             worst = worst.max((Vector3::from_column_slice(&part[3 * n..3 * n + 3]) - exact).norm());
         }
     }
-    println!(
-        "cubes of {sides:?} mm: {:.2e}, {} rounds, {} steps",
-        worst / 0.7,
-        found.rounds,
-        found.iterations
-    );
     worst / (70.0 * pressure / young)
 }
 
@@ -161,79 +155,7 @@ fn a_uniform_pressure_passes_between_meshes_that_do_not_match() {
         (40.0 / 3.0, 1e-2),
     ] {
         let found = patch([10.0, side]);
+        println!("cubes of {side} on cubes of 10 mm: {found:.2e}");
         assert!(found < most, "{side}: {found:e}");
-    }
-}
-
-#[test]
-fn two_balls_are_those_of_hertz() {
-    let (radii, nu) = ([20.0, 30.0], 0.3);
-    let touch = Vector3::zeros();
-    let settings = Settings {
-        levels: 4,
-        ..Settings::of_side(10.0)
-    };
-    let fine = |reach: f64| {
-        move |low: &Vector3<f64>, high: &Vector3<f64>| {
-            let apart = (touch.sup(low).inf(high) - touch).norm();
-            apart < reach || apart < high.x - low.x
-        }
-    };
-    let upper = Ball {
-        centre: Vector3::z() * radii[0],
-        radius: radii[0],
-    };
-    let lower = Ball {
-        centre: -Vector3::z() * radii[1],
-        radius: radii[1],
-    };
-    let meshes = [
-        Mesh::new(&upper, [touch, Vector3::new(20.0, 20.0, 20.0)], &settings, &fine(1.6)).unwrap(),
-        Mesh::new(
-            &lower,
-            [Vector3::new(0.0, 0.0, -30.0), Vector3::new(30.0, 30.0, 0.0)],
-            &settings,
-            &fine(1.6),
-        )
-        .unwrap(),
-    ];
-    let mut system = System::new();
-    for (mesh, middle) in meshes.iter().zip([20.0, -30.0]) {
-        let body = system.add(deformable(mesh, Law::Linear, 1.0, nu));
-        hold(&mut system, body, mesh, 2);
-        let offset = system.bodies.offset(body);
-        for n in mesh.nodes_where(|x| (x.z - middle).abs() < 1e-9) {
-            system.fixed[offset + 3 * n + 2] = true;
-        }
-    }
-    let contact = OrganContact::new(&system.bodies, [0, 1], surface(lower, 30.0), 40.0, |at, _| {
-        at.norm() < 5.0
-    });
-    system.organs.push(contact.unwrap());
-    let middle = meshes[0].nodes_where(|x| (x.z - 20.0).abs() < 1e-9);
-    let (mut search, mut a) = (newton(&system, 1e-7), system.initial());
-    let radius = radii[0] * radii[1] / (radii[0] + radii[1]);
-    for depth in [0.08, 0.16] {
-        middle.iter().for_each(|n| a[3 * n + 2] = -depth);
-        system.organs[0].restart();
-        let found = settle(&mut system, &mut search, &mut a, &Tolerance::default()).unwrap();
-        let whole = -4.0 * system.organs[0].force(&system.bodies, &a).force.z;
-        let contact = (1.5 * (1.0 - nu * nu) * radius * whole).cbrt();
-        let far: f64 = radii
-            .iter()
-            .map(|r| approach_of_ball(*r, nu, 1.0, whole, contact))
-            .sum();
-        let expected = contact * contact / radius - far;
-        let hertz = 2.0 / 3.0 / (1.0 - nu * nu) * radius.sqrt() * depth.powf(1.5);
-        println!(
-            "{} unknowns, {depth} mm, contact's radius {contact:.3} mm: force {whole:.6} N, that of Hertz {:+.2} %, approach for the force {:+.3} %; {} rounds, {} steps",
-            a.len(),
-            100.0 * (whole / hertz - 1.0),
-            100.0 * (depth / expected - 1.0),
-            found.rounds,
-            found.iterations
-        );
-        // As for a ball between plates.
-        assert!((depth / expected - 1.0).abs() < 0.005);
     }
 }

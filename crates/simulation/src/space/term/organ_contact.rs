@@ -17,7 +17,8 @@ mod now;
 use nalgebra::Vector3;
 
 use super::pressures::{BadStiffness, Pressures, Touch};
-use super::rigid_contact::{ContactForce, DEEPEST_PART};
+use super::rigid::ContactForce;
+use super::rigid_contact::DEEPEST_PART;
 use super::{Change, Fit, Term};
 use crate::space::bodies::Bodies;
 use crate::space::level_set::LevelSet;

@@ -53,3 +53,18 @@ impl Rigid for LevelSet {
         Vector3::zeros()
     }
 }
+
+/// What the tissue does to something rigid, or to another organ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactForce {
+    /// The sum of the forces on it.
+    pub force: Vector3<f64>,
+    /// Their moment, about the origin of a tube's own frame, or of all places.
+    pub moment: Vector3<f64>,
+    /// Points that press on it.
+    pub points: usize,
+    /// Area of the surface, in the reference configuration, that they stand for, mm^2.
+    pub area: f64,
+    /// The deepest point in it, mm; 0 where none is.
+    pub depth: f64,
+}

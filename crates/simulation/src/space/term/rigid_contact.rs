@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::pressures::{BadStiffness, Pressures, Touch};
-use super::rigid::Rigid;
+use super::rigid::{ContactForce, Rigid};
 use super::{Change, Fit, Term};
 use crate::space::bodies::Bodies;
 use crate::space::level_set::LevelSet;
@@ -30,21 +30,6 @@ pub type ObstacleContact = RigidContact<LevelSet>;
 
 /// What the tissue does to the tube.
 pub type TubeForce = ContactForce;
-
-/// What the tissue does to something rigid.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactForce {
-    /// The sum of the forces on it.
-    pub force: Vector3<f64>,
-    /// Their moment, about the origin of a tube's own frame, or of all places.
-    pub moment: Vector3<f64>,
-    /// Points that press on it.
-    pub points: usize,
-    /// Area of the surface, in the reference configuration, that they stand for, mm^2.
-    pub area: f64,
-    /// The deepest point in it, mm; 0 where none is.
-    pub depth: f64,
-}
 
 impl RigidContact<Tube> {
     /// The tube.
