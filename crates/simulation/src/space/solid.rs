@@ -4,9 +4,11 @@
 //! of its surface. Nothing else knows what a parameter means.
 
 mod deformable;
+mod global;
 
 pub use crate::solid::NotMixed;
 pub use deformable::Deformable;
+pub use global::{Global, NoBlock};
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -76,5 +78,15 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// other solids.
     fn shares(&self, _at: &Vector3<f64>) -> Option<Vec<Share>> {
         None
+    }
+}
+
+/// Turns nodes with these places and displacements about a centre.
+fn rotated(a: &mut [f64], places: &[Vector3<f64>], by: &Rotation3<f64>, centre: Vector3<f64>) {
+    // `R - I` first: a small turn keeps its digits where places are large.
+    let turn = by.matrix() - nalgebra::Matrix3::identity();
+    for (u, reference) in a.chunks_exact_mut(3).zip(places) {
+        let more = turn * (reference + Vector3::new(u[0], u[1], u[2]) - centre);
+        (0..3).for_each(|k| u[k] += more[k]);
     }
 }

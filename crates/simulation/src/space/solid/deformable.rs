@@ -2,7 +2,7 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::Solid;
+use super::{Solid, rotated};
 use crate::solid::NotMixed;
 use crate::space::cells::{Mesh, Share};
 use crate::space::lanes::Lanes;
@@ -90,12 +90,7 @@ impl Solid for Deformable {
     }
 
     fn rotate(&self, a: &mut [f64], by: &Rotation3<f64>, centre: Vector3<f64>) {
-        // `R - I` first: a small turn keeps its digits where places are large.
-        let turn = by.matrix() - nalgebra::Matrix3::identity();
-        for (u, reference) in a.chunks_exact_mut(3).zip(&self.mesh.nodes) {
-            let more = turn * (reference + Vector3::new(u[0], u[1], u[2]) - centre);
-            (0..3).for_each(|k| u[k] += more[k]);
-        }
+        rotated(a, &self.mesh.nodes, by, centre);
     }
 
     fn energy(&self, a: &[f64]) -> Option<f64> {
