@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod bone_of_label;
 mod global;
 mod hertz;
 mod labels;
