@@ -5,8 +5,8 @@
 //!
 //! * [`cells`]: a mesh over a region that a field gives, be it the smoothed label of a label map;
 //! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
-//! * [`solid`], [`tube`]: deformable bodies, and the rigid tube;
-//! * [`term`]: springs, and contact with the tube;
+//! * [`solid`], [`tube`], [`level_set`]: deformable bodies, the rigid tube, and surfaces of bone and organs;
+//! * [`term`]: springs, and contact with the tube, with bone and of organs;
 //! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance;
 //! * [`frames`]: states from frame to frame as the tube moves.
 
@@ -17,6 +17,7 @@ pub mod equilibrium;
 pub mod frames;
 pub mod lanes;
 pub mod law;
+pub mod level_set;
 pub mod solid;
 pub mod system;
 pub mod term;

@@ -10,6 +10,7 @@
 //! * [`Mesh`]: the elements, each over nodes that are free.
 
 mod build;
+mod curved;
 mod elements;
 mod field;
 mod fill;
@@ -22,10 +23,12 @@ mod recombine;
 mod rule;
 mod settings;
 mod shape;
+mod share;
 mod spline;
 mod surface;
 mod ties;
 
+pub use curved::Curved;
 pub use field::{Ball, Bounds, Field, Plane, Shell};
 pub use grid::{Cell, Grid};
 pub use label::{Facts, LabelField, LabelMap, NoRegion, Parts, Smoothing};
@@ -33,4 +36,5 @@ pub use mesh::Mesh;
 pub use parts::{Element, SurfacePoint, VolumePoint};
 pub use rule::{Depth, Inside, Rule, Surface};
 pub use settings::{NoMesh, Settings};
+pub use share::Share;
 pub use spline::Spline;

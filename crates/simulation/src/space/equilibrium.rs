@@ -59,24 +59,24 @@ pub enum NoEquilibrium {
         /// Why.
         failed: Failed,
     },
-    /// The tube was put too far into the tissue at once.
+    /// A tube, an obstacle or another organ was put too far into the tissue at once.
     #[error(
-        "a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side: move the tube by shorter ways"
+        "a point is {depth:.3} mm deep in what it must stay out of; deeper than {most:.3} mm it might leave on the other side: move tubes by shorter ways"
     )]
     TooDeep {
         /// Depth, mm.
         depth: f64,
-        /// The most, half the tube's radius.
+        /// The most, half the radius of the tube or of the ball that fits into the obstacle.
         most: f64,
     },
-    /// The mesh is too coarse for the tube.
+    /// The mesh is too coarse for a tube or an obstacle.
     #[error(
-        "points of the surface at the tube are {gap:.3} mm apart from the middle between them; a tube of twice {most:.3} mm may lie unseen there: use smaller cubes at it"
+        "points of the surface at a contact are {gap:.3} mm apart from the middle between them; what has a radius of twice {most:.3} mm may lie unseen there: use smaller cubes at it"
     )]
     TooCoarse {
         /// The widest gap, mm.
         gap: f64,
-        /// The most, half the tube's radius.
+        /// The most, half the radius of the tube or of the ball that fits into the obstacle.
         most: f64,
     },
     /// Pressures do not settle.
@@ -103,13 +103,12 @@ pub fn settle(
     a: &mut Vec<f64>,
     tolerance: &Tolerance,
 ) -> Result<Equilibrium, NoEquilibrium> {
-    for tube in &system.tubes {
-        let (depth, most) = (tube.depth(&system.bodies, a), tube.deepest());
+    for fit in system.terms().filter_map(|term| term.fit(&system.bodies, a)) {
+        let (depth, gap, most) = (fit.depth, fit.gap, fit.deepest);
         // At the most no step could leave any more.
         if depth >= most {
             return Err(NoEquilibrium::TooDeep { depth, most });
         }
-        let gap = tube.widest_gap(&system.bodies, a);
         if gap > most {
             return Err(NoEquilibrium::TooCoarse { gap, most });
         }

@@ -4,13 +4,16 @@
 //! of its surface. Nothing else knows what a parameter means.
 
 mod deformable;
+mod global;
 mod sums;
 
 pub use crate::solid::NotMixed;
 pub use deformable::Deformable;
+pub use global::{Global, NoBlock};
 
 use nalgebra::{Rotation3, Vector3};
 
+use super::cells::Share;
 use crate::sparse::Triplets;
 
 /// A solid of any kind. Parameters `a` are a slice of [`Self::parameters`] numbers, all with the unit of length, so that
@@ -67,12 +70,6 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
 
-    /// The nodes that move a point of the surface, with weights: it is at its reference place plus the sum of weights times
-    /// displacements, unknowns `3 n` to `3 n + 2` of node `n`. `None` where parameters are something else.
-    fn nodes(&self, _point: usize) -> Option<&[(u32, f64)]> {
-        None
-    }
-
     /// Where a point of the surface is.
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64>;
 
@@ -87,4 +84,21 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
 
     /// Adds `force . d2 point` to `sink`: nothing where positions are linear in the parameters.
     fn bend(&self, _a: &[f64], _point: usize, _force: Vector3<f64>, _sink: &mut Triplets, _offset: usize) {}
+
+    /// What moves the material at a reference place, with derivatives by the place: of a solid whose parameters are three
+    /// displacements of each of its nodes. A place a little outside is moved as what is next to it. `None` farther away, and of
+    /// other solids.
+    fn shares(&self, _at: &Vector3<f64>) -> Option<Vec<Share>> {
+        None
+    }
+}
+
+/// Turns nodes with these places and displacements about a centre.
+fn rotated(a: &mut [f64], places: &[Vector3<f64>], by: &Rotation3<f64>, centre: Vector3<f64>) {
+    // `R - I` first: a small turn keeps its digits where places are large.
+    let turn = by.matrix() - nalgebra::Matrix3::identity();
+    for (u, reference) in a.chunks_exact_mut(3).zip(places) {
+        let more = turn * (reference + Vector3::new(u[0], u[1], u[2]) - centre);
+        (0..3).for_each(|k| u[k] += more[k]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::solid::Solid;
-use super::term::{Change, Term, TubeContact};
+use super::term::{Change, ObstacleContact, OrganContact, Term, TubeContact};
 use crate::control::Potential;
 use crate::sparse::Triplets;
 
@@ -17,6 +17,10 @@ pub struct System {
     pub loads: Vec<f64>,
     /// Tubes that the solids are pushed by.
     pub tubes: Vec<TubeContact>,
+    /// Bones and other surfaces that do not move.
+    pub obstacles: Vec<ObstacleContact>,
+    /// Solids that touch one another.
+    pub organs: Vec<OrganContact>,
     /// Other terms that constraints add.
     pub others: Vec<Box<dyn Term>>,
     weights: Vec<f64>,
@@ -56,8 +60,11 @@ impl System {
     pub fn update(&mut self, a: &[f64]) -> Change {
         let bodies = &self.bodies;
         let tubes = self.tubes.iter_mut().map(|tube| tube.update(bodies, a));
+        let obstacles = self.obstacles.iter_mut().map(|bone| bone.update(bodies, a));
+        let organs = self.organs.iter_mut().map(|organ| organ.update(bodies, a));
         let others = self.others.iter_mut().map(|term| term.update(bodies, a));
-        tubes.chain(others).fold(Change::default(), |one, other| Change {
+        let all = tubes.chain(obstacles).chain(organs).chain(others);
+        all.fold(Change::default(), |one, other| Change {
             force: one.force.max(other.force),
             depth: one.depth.max(other.depth),
         })
@@ -68,10 +75,13 @@ impl System {
         self.bodies.all().flat_map(Solid::places).collect()
     }
 
-    /// The terms of tubes and all others.
-    fn terms(&self) -> impl Iterator<Item = &dyn Term> {
+    /// The terms of tubes, obstacles, organs and all others.
+    pub(super) fn terms(&self) -> impl Iterator<Item = &dyn Term> {
         let tubes = self.tubes.iter().map(|tube| tube as &dyn Term);
-        tubes.chain(self.others.iter().map(AsRef::as_ref))
+        let obstacles = self.obstacles.iter().map(|bone| bone as &dyn Term);
+        let organs = self.organs.iter().map(|organ| organ as &dyn Term);
+        let others = self.others.iter().map(AsRef::as_ref);
+        tubes.chain(obstacles).chain(organs).chain(others)
     }
 
     fn load_energy(&self, a: &[f64]) -> f64 {

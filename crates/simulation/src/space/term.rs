@@ -1,10 +1,17 @@
 //! Terms that links and contacts add to the energy. They see surfaces of solids only.
 
+mod organ_contact;
+mod pressures;
+mod pulled;
+mod rigid;
+mod rigid_contact;
 mod springs;
-mod tube_contact;
 
+pub use organ_contact::OrganContact;
+pub use pressures::BadStiffness;
+pub use rigid::{ContactForce, Rigid};
+pub use rigid_contact::{ObstacleContact, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;
-pub use tube_contact::{BadStiffness, TubeContact, TubeForce};
 
 use super::bodies::Bodies;
 use crate::sparse::Triplets;
@@ -16,6 +23,17 @@ pub struct Change {
     pub force: f64,
     /// The deepest that a point is where it must not be, mm.
     pub depth: f64,
+}
+
+/// How a state fits what a contact can find.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// The deepest that a point is where it must not be, mm.
+    pub depth: f64,
+    /// The widest gap between points of the surface at what they must stay out of, mm.
+    pub gap: f64,
+    /// The most that either may be, mm.
+    pub deepest: f64,
 }
 
 /// A term of the energy.
@@ -45,5 +63,10 @@ pub trait Term: std::fmt::Debug + Send + Sync {
     /// Takes the forces at `a` as those to go on from; how much that changed them.
     fn update(&mut self, _bodies: &Bodies, _a: &[f64]) -> Change {
         Change::default()
+    }
+
+    /// How the state fits what a contact can find; `None` of what is no contact.
+    fn fit(&self, _bodies: &Bodies, _a: &[f64]) -> Option<Fit> {
+        None
     }
 }

@@ -13,7 +13,7 @@ use simulation::sparse::Triplets;
 use crate::random;
 
 /// A ball with a tube 1 mm in it, and displacements.
-fn scene() -> (System, Vec<f64>) {
+pub(crate) fn scene() -> (System, Vec<f64>) {
     let ball = Ball {
         centre: Vector3::zeros(),
         radius: 20.0,
@@ -30,7 +30,7 @@ fn scene() -> (System, Vec<f64>) {
     (system, a)
 }
 
-fn check(term: &dyn Term, system: &System, a: &[f64]) {
+pub(crate) fn check(term: &dyn Term, system: &System, a: &[f64]) {
     let mut gradient = vec![0.0; a.len()];
     let energy = term.gradient(&system.bodies, a, &mut gradient).unwrap();
     assert!((energy - term.energy(&system.bodies, a).unwrap()).abs() <= 1e-12 * energy.abs());

@@ -113,7 +113,7 @@ pub struct Shell {
 }
 
 impl Shell {
-    fn scale(&self) -> f64 {
+    pub(super) fn scale(&self) -> f64 {
         let [a, b] = self.radii;
         0.5 / (b * (b * b - a * a))
     }
@@ -124,7 +124,7 @@ impl Shell {
     }
 
     /// `2 (2 s - a^2 - b^2)` in the field's scale: what the place about the centre is multiplied by in the slope.
-    fn turn(&self, s: f64) -> f64 {
+    pub(super) fn turn(&self, s: f64) -> f64 {
         let [a, b] = self.radii;
         2.0 * (2.0 * s - a * a - b * b) * self.scale()
     }

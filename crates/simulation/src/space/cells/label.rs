@@ -136,7 +136,7 @@ pub struct Facts {
 /// The region of a label.
 #[derive(Debug, Clone)]
 pub struct LabelField {
-    spline: Spline,
+    pub(super) spline: Spline,
     /// What was found about the label.
     pub facts: Facts,
     /// Corners of a box that holds the region, mm.

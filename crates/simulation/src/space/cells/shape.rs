@@ -1,6 +1,6 @@
 //! Shape functions of either kind of cube.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use crate::space::element::{Order, shape};
 
@@ -17,5 +17,13 @@ pub(super) fn gradients(order: Order, at: [f64; 3]) -> Vec<Vector3<f64>> {
     match order {
         Order::Linear => shape::gradients_8(at).to_vec(),
         Order::Quadratic => shape::gradients_27(at).to_vec(),
+    }
+}
+
+/// Their second derivatives.
+pub(super) fn curvatures(order: Order, at: [f64; 3]) -> Vec<Matrix3<f64>> {
+    match order {
+        Order::Linear => shape::curvatures_8(at).to_vec(),
+        Order::Quadratic => shape::curvatures_27(at).to_vec(),
     }
 }

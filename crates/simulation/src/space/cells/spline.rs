@@ -1,6 +1,6 @@
 //! A field given by numbers on a grid: the tensor product of uniform cubic B-splines.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::field::{Bounds, Field};
 
@@ -100,6 +100,30 @@ fn weights(t: f64) -> [f64; 4] {
 fn slopes(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-0.5 * s * s, t * (1.5 * t - 2.0), s * (2.0 - 1.5 * s), 0.5 * t * t]
+}
+
+/// Their second derivatives.
+fn curvatures(t: f64) -> [f64; 4] {
+    let s = 1.0 - t;
+    [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t]
+}
+
+impl Spline {
+    /// The second derivative by the place.
+    pub fn curvature(&self, at: &Vector3<f64>) -> Matrix3<f64> {
+        let place = self.place(at);
+        let [x, y, z] = place.map(|(_, t)| [weights(t), slopes(t), curvatures(t)]);
+        let mut sum = Matrix3::<f64>::zeros();
+        self.rows(&place, |j, k, row| {
+            let along = [0, 1, 2].map(|order| dot(&x[order], &row));
+            for (p, q) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+                // How often each axis is differentiated.
+                let [a, b, c] = [0, 1, 2].map(|axis| usize::from(p == axis) + usize::from(q == axis));
+                sum[(p, q)] += along[a] * y[b][j] * z[c][k];
+            }
+        });
+        Matrix3::from_fn(|p, q| sum[(p.min(q), p.max(q))] / (self.spacing[p] * self.spacing[q]))
+    }
 }
 
 impl Field for Spline {

@@ -2,7 +2,7 @@
 //!
 //! Nodes run fastest along x, then y, then z: node `i + n j + n^2 k` of `n` an axis.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Abscissas and weights of Gauss' rule of two points.
 pub const GAUSS_2: [(f64, f64); 2] = [(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)];
@@ -37,6 +37,19 @@ fn gradient<const N: usize>(axes: &[[(f64, f64); N]; 3], node: usize) -> Vector3
     Vector3::new(x.1 * y.0 * z.0, x.0 * y.1 * z.0, x.0 * y.0 * z.1)
 }
 
+/// `bends` are the second derivatives of the polynomials of one axis, which are constant.
+fn curvature<const N: usize>(axes: &[[(f64, f64); N]; 3], bends: [f64; N], node: usize) -> Matrix3<f64> {
+    let at = [node % N, node / N % N, node / (N * N)];
+    Matrix3::from_fn(|p, q| {
+        let factor = |axis: usize| match usize::from(p == axis) + usize::from(q == axis) {
+            0 => axes[axis][at[axis]].0,
+            1 => axes[axis][at[axis]].1,
+            _ => bends[at[axis]],
+        };
+        factor(0) * factor(1) * factor(2)
+    })
+}
+
 /// Values of the 8 trilinear functions.
 pub fn values_8(at: [f64; 3]) -> [f64; 8] {
     let axes = at.map(linear);
@@ -49,6 +62,12 @@ pub fn gradients_8(at: [f64; 3]) -> [Vector3<f64>; 8] {
     std::array::from_fn(|node| gradient(&axes, node))
 }
 
+/// Their second derivatives.
+pub fn curvatures_8(at: [f64; 3]) -> [Matrix3<f64>; 8] {
+    let axes = at.map(linear);
+    std::array::from_fn(|node| curvature(&axes, [0.0; 2], node))
+}
+
 /// Values of the 27 triquadratic functions.
 pub fn values_27(at: [f64; 3]) -> [f64; 27] {
     let axes = at.map(quadratic);
@@ -59,6 +78,12 @@ pub fn values_27(at: [f64; 3]) -> [f64; 27] {
 pub fn gradients_27(at: [f64; 3]) -> [Vector3<f64>; 27] {
     let axes = at.map(quadratic);
     std::array::from_fn(|node| gradient(&axes, node))
+}
+
+/// Their second derivatives.
+pub fn curvatures_27(at: [f64; 3]) -> [Matrix3<f64>; 27] {
+    let axes = at.map(quadratic);
+    std::array::from_fn(|node| curvature(&axes, [1.0, -2.0, 1.0], node))
 }
 
 #[cfg(test)]
@@ -93,6 +118,17 @@ mod tests {
         let [x, y, z] = at;
         let exact = Vector3::new(2.0 * x * y * z * z, x * x * z * z, 2.0 * x * x * y * z);
         assert!((quadratic - exact).amax() < 1e-15);
+        let bent: Matrix3<f64> = (0..27).map(|k| curvatures_27(at)[k] * product(node::<3>(k))).sum();
+        let exact = [
+            [2.0 * y * z * z, 2.0 * x * z * z, 4.0 * x * y * z],
+            [2.0 * x * z * z, 0.0, 2.0 * x * x * z],
+            [4.0 * x * y * z, 2.0 * x * x * z, 2.0 * x * x * y],
+        ];
+        assert!((bent - Matrix3::from_fn(|p, q| exact[p][q])).amax() < 1e-14);
+        let bent: Matrix3<f64> = (0..8)
+            .map(|k| curvatures_8(at)[k] * node::<2>(k)[0] * node::<2>(k)[2])
+            .sum();
+        assert!((bent - Matrix3::from_fn(|p, q| if p + q == 2 && p != q { 1.0 } else { 0.0 })).amax() < 1e-15);
         let sum: f64 = values_27(at).iter().sum();
         assert!((sum - 1.0).abs() < 1e-15);
     }

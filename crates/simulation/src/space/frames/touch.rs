@@ -38,7 +38,7 @@ impl Touches {
         for point in 0..solid.points() {
             let (at, normal, area) = solid.reference(point);
             if wanted(&at, &normal) {
-                let row = solid.nodes(point).ok_or(NoFrames::NotNodal { body, point })?;
+                let row = solid.combination(point).ok_or(NoFrames::NotNodal { body, point })?;
                 let first = global.len();
                 global.extend(row.iter().filter(|(_, weight)| *weight != 0.0));
                 points.push(Touch { at, area, first });

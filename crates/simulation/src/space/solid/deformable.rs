@@ -2,10 +2,10 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::Solid;
 use super::sums::{Sums, taken};
+use super::{Solid, rotated};
 use crate::solid::NotMixed;
-use crate::space::cells::Mesh;
+use crate::space::cells::{Mesh, Share};
 use crate::space::law::Material;
 use crate::sparse::Triplets;
 
@@ -96,12 +96,7 @@ impl Solid for Deformable {
     }
 
     fn rotate(&self, a: &mut [f64], by: &Rotation3<f64>, centre: Vector3<f64>) {
-        // `R - I` first: a small turn keeps its digits where places are large.
-        let turn = by.matrix() - nalgebra::Matrix3::identity();
-        for (u, reference) in a.chunks_exact_mut(3).zip(&self.mesh.nodes) {
-            let more = turn * (reference + Vector3::new(u[0], u[1], u[2]) - centre);
-            (0..3).for_each(|k| u[k] += more[k]);
-        }
+        rotated(a, &self.mesh.nodes, by, centre);
     }
 
     fn energy(&self, a: &[f64]) -> Option<f64> {
@@ -158,10 +153,6 @@ impl Solid for Deformable {
         (point.at, point.normal, point.area)
     }
 
-    fn nodes(&self, point: usize) -> Option<&[(u32, f64)]> {
-        self.rows.get(point).map(Vec::as_slice)
-    }
-
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {
         let mut at = self.mesh.surface[point].at;
         for (node, weight) in &self.rows[point] {
@@ -182,5 +173,9 @@ impl Solid for Deformable {
                 visit(3 * *node as usize + k, by);
             }
         }
+    }
+
+    fn shares(&self, at: &Vector3<f64>) -> Option<Vec<Share>> {
+        self.mesh.shares(at)
     }
 }
