@@ -13,6 +13,7 @@ pub mod bodies;
 pub mod cells;
 pub mod element;
 pub mod equilibrium;
+pub mod error;
 pub mod lanes;
 pub mod law;
 pub mod solid;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::grid::Cell;
 use super::mesh::Mesh;
 use super::parts::VolumePoint;
 use super::shape::{gradients, values};
@@ -33,6 +34,28 @@ impl Mesh {
     /// Free nodes with their weights in a point's displacement.
     pub fn point_row(&self, point: &VolumePoint) -> Vec<(u32, f64)> {
         self.row_in(point.cell as usize, &point.at)
+    }
+
+    /// The cubes, in the order of their corners: what numbers of cubes count.
+    pub fn cubes(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Of each element its cubes, by number, and its points in the order of its table.
+    pub fn parts(&self) -> Vec<(Vec<usize>, Vec<VolumePoint>)> {
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (cube, root) in self.ties.root.iter().enumerate() {
+            groups.entry(*root).or_default().push(cube);
+        }
+        let first = |cube: usize| self.points.partition_point(|p| (p.cell as usize) < cube);
+        let points = |cubes: &[usize]| {
+            let each = cubes.iter().flat_map(|c| &self.points[first(*c)..first(c + 1)]);
+            each.copied().collect()
+        };
+        groups
+            .into_values()
+            .map(|cubes| (cubes.clone(), points(&cubes)))
+            .collect()
     }
 
     /// Forces on the unknowns of a force by reference volume.
