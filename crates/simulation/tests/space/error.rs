@@ -2,6 +2,7 @@
 
 mod ball;
 mod jumps;
+mod kept;
 mod table;
 
 use nalgebra::Vector3;

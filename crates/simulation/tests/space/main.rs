@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
+mod determinant;
 mod error;
 mod labels;
 mod manufactured;

@@ -73,7 +73,6 @@ pub(crate) struct Pushed {
     pub(crate) a: Vec<f64>,
     pub(crate) body: usize,
     pub(crate) mesh: Mesh,
-    pub(crate) material: Material,
     radius: f64,
 }
 
@@ -98,7 +97,6 @@ impl Pushed {
             system,
             body,
             mesh,
-            material,
             radius,
         }
     }

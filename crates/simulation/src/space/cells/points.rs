@@ -41,6 +41,28 @@ impl Mesh {
         &self.cells
     }
 
+    /// The displacements at the 27 places of a cube's corners and of the middles between them, in the order of
+    /// [`crate::space::element::shape`]; of 8 nodes by their shape functions.
+    pub fn nodal(&self, cube: usize, a: &[f64]) -> Vec<[f64; 3]> {
+        let one = |node: &u32| {
+            let mut sum = [0.0; 3];
+            for (free, weight) in &self.ties.ties[*node as usize] {
+                (0..3).for_each(|k| sum[k] += weight * a[3 * *free as usize + k]);
+            }
+            sum
+        };
+        let own: Vec<[f64; 3]> = self.ties.of_cell[cube].iter().map(one).collect();
+        let at = |k: usize| [k % 3, k / 3 % 3, k / 9].map(|i| i as f64 - 1.0);
+        let value = |k: usize| {
+            let mut sum = [0.0; 3];
+            for (u, weight) in own.iter().zip(values(self.order, at(k))) {
+                (0..3).for_each(|axis| sum[axis] += weight * u[axis]);
+            }
+            sum
+        };
+        (0..27).map(value).collect()
+    }
+
     /// Of each element its cubes, by number, and its points in the order of its table.
     pub fn parts(&self) -> Vec<(Vec<usize>, Vec<VolumePoint>)> {
         let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();

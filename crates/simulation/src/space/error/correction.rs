@@ -16,9 +16,11 @@ use crate::sparse::{Dissection, Ldl, Triplets};
 /// Passes with the same factors at most.
 const PASSES: usize = 8;
 /// A pass that moves no unknown by more than this part of the largest move so far is the last.
-const LAST: f64 = 0.05;
+const LAST: f64 = 0.1;
 /// A pass that moves them by more than this part of the move before asks for new factors.
 const SLOW: f64 = 0.3;
+/// After the last pass no more than this may be left.
+const MOST_LEFT: f64 = 0.3;
 /// Points of the surface nearer to the tube than this part of its radius may come to touch it.
 const NEAR: f64 = 0.25;
 /// More unknowns of these are refused: they are a dense matrix.
@@ -49,11 +51,17 @@ pub struct Correction {
 }
 
 /// Why there is none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoCorrection {
     /// The state that was taken over has no energy, or is held by nothing.
     #[error("the state has no energy on the finer mesh, or nothing holds it there")]
     State,
+    /// The passes do not settle: the finer mesh is too far from the state, as that of a mesh much too coarse.
+    #[error("the last pass still moved an unknown by {left} of the largest move")]
+    Unsettled {
+        /// That part.
+        left: f64,
+    },
     /// Contact was not found.
     #[error("contact with the tube was not found")]
     Contact,
@@ -96,6 +104,9 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
         if left <= LAST && part == 1.0 {
             break;
         }
+    }
+    if left > MOST_LEFT {
+        return Err(NoCorrection::Unsettled { left });
     }
     Ok(Correction {
         a,
@@ -148,7 +159,8 @@ fn factor(system: &System, a: &[f64], ldl: &mut Ldl) -> Result<(), NoCorrection>
         Potential::hessian(system, a, convex, &mut matrix).ok_or(NoCorrection::State)?;
         let diagonal = matrix.diagonal().into_iter().fold(0.0, f64::max);
         matrix.fix(&system.fixed, diagonal);
-        if ldl.factor(&matrix, 0.0).is_ok_and(|found| found.negative == 0) {
+        ldl.take(&matrix);
+        if ldl.definite(0.0).unwrap_or(false) {
             return Ok(());
         }
     }
