@@ -20,3 +20,9 @@ fn random(state: &mut u64) -> f64 {
         .wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 53) as f64
 }
+
+/// Seconds of this thread's processor.
+pub(crate) fn now() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}

@@ -79,7 +79,12 @@ impl Deformable {
             let found = determinant::least(&self.mesh.nodal(number, a), side, NEAR, depth);
             // Corners of cut cubes may be outside.
             reached = if whole { reached.min(found.reached) } else { reached };
-            lower = if found.lower >= lower { lower } else { found.lower };
+            // What is no number stays: such a cube has no bound.
+            lower = if lower.is_nan() || found.lower >= lower {
+                lower
+            } else {
+                found.lower
+            };
         }
         (lower, reached)
     }

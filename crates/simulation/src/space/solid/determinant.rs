@@ -7,8 +7,8 @@
 
 use crate::space::element::shape::gradients_27;
 
-/// Bernstein coefficients of degree `N - 1` along each axis, x fastest.
-type Coefficients<const N: usize> = Vec<f64>;
+/// Bernstein coefficients of one degree along each axis, x fastest.
+type Coefficients = Vec<f64>;
 
 /// Binomials of degree 2, 4 and 6.
 const TWO: [f64; 3] = [1.0, 2.0, 1.0];
@@ -18,7 +18,7 @@ const SIX: [f64; 7] = [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0];
 /// Parts of a cube that are looked at before bounds count as they are.
 const MOST_PARTS: usize = 2000;
 
-/// Bounds of the least value of a polynomial on a cube.
+/// Bounds of the least value of a polynomial on a cube, up to the rounding of its coefficients.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Least {
     /// It is nowhere less.
@@ -63,7 +63,7 @@ fn smallest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// `det F` in degree 6.
-fn determinant(u: &[[f64; 3]], side: f64) -> Coefficients<7> {
+fn determinant(u: &[[f64; 3]], side: f64) -> Coefficients {
     let f = gradient(u, side);
     let minor = |i: usize, j: usize, k: usize, l: usize| {
         let (mut one, other) = (
@@ -84,21 +84,19 @@ fn determinant(u: &[[f64; 3]], side: f64) -> Coefficients<7> {
 }
 
 /// The nine entries of `F`, row by row, in degree 2.
-fn gradient(u: &[[f64; 3]], side: f64) -> Vec<Coefficients<3>> {
+fn gradient(u: &[[f64; 3]], side: f64) -> Vec<Coefficients> {
     let mut entries = vec![vec![0.0; 27]; 9];
-    for place in 0..27 {
-        let at = [place % 3, place / 3 % 3, place / 9].map(|k| k as f64 - 1.0);
-        for (u, q) in u.iter().zip(gradients_27(at)) {
-            for entry in 0..9 {
-                entries[entry][place] += u[entry / 3] * q[entry % 3] * (2.0 / side);
-            }
+    for (k, entry) in entries.iter_mut().enumerate() {
+        for (place, value) in entry.iter_mut().enumerate() {
+            let at = [place % 3, place / 3 % 3, place / 9].map(|i| i as f64 - 1.0);
+            let slopes = u.iter().zip(gradients_27(at)).map(|(u, q)| u[k / 3] * q[k % 3]);
+            *value = slopes.sum::<f64>() * (2.0 / side) + if k % 4 == 0 { 1.0 } else { 0.0 };
         }
-        [0, 4, 8].iter().for_each(|k| entries[*k][place] += 1.0);
     }
     // From values at -1, 0 and 1 along each axis.
     for entry in &mut entries {
         for axis in [1, 3, 9] {
-            for first in (0..27).filter(|k| k / axis % 3 == 0) {
+            for first in (0..27_usize).filter(|k| (k / axis).is_multiple_of(3)) {
                 let [low, high] = [entry[first], entry[first + 2 * axis]];
                 entry[first + axis] = 2.0 * entry[first + axis] - 0.5 * (low + high);
             }
@@ -112,7 +110,7 @@ fn product<const A: usize, const B: usize, const C: usize>(
     a: &[f64],
     b: &[f64],
     binomials: [&[f64]; 3],
-) -> Coefficients<C> {
+) -> Coefficients {
     let split = |k: usize, n: usize| [k % n, k / n % n, k / n / n];
     let weight = |of: &[f64], at: [usize; 3]| at.iter().map(|k| of[*k]).product::<f64>();
     let mut c = vec![0.0; C * C * C];
@@ -132,7 +130,7 @@ fn product<const A: usize, const B: usize, const C: usize>(
 }
 
 /// The eight halves along all axes, degree 6.
-fn halved(whole: &[f64]) -> Vec<Coefficients<7>> {
+fn halved(whole: &[f64]) -> Vec<Coefficients> {
     let mut parts = vec![whole.to_vec()];
     for axis in [1, 7, 49] {
         parts = parts.iter().flat_map(|part| halved_along(part, axis)).collect();
@@ -141,9 +139,9 @@ fn halved(whole: &[f64]) -> Vec<Coefficients<7>> {
 }
 
 /// De Casteljau's scheme at the middle.
-fn halved_along(whole: &[f64], axis: usize) -> [Coefficients<7>; 2] {
+fn halved_along(whole: &[f64], axis: usize) -> [Coefficients; 2] {
     let (mut low, mut high) = (whole.to_vec(), whole.to_vec());
-    for first in (0..343).filter(|k| k / axis % 7 == 0) {
+    for first in (0..343).filter(|k| (k / axis).is_multiple_of(7)) {
         let mut line: [f64; 7] = std::array::from_fn(|k| whole[first + k * axis]);
         for step in 0..7 {
             low[first + step * axis] = line[0];
@@ -159,7 +157,6 @@ fn halved_along(whole: &[f64], axis: usize) -> [Coefficients<7>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::element::shape::values_27;
 
     /// Nodes of a cube of side 2, displaced by a field.
     fn nodes(of: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<[f64; 3]> {
@@ -189,11 +186,13 @@ mod tests {
             "{found:?}"
         );
         assert!(sampled(&bent, [0.774_596_669_241_483_4, 0.0, 0.0]) > 0.05);
-        // In the middle of an edge of the cube: (1 - 1.2 + 1.5 y^2) of a field x y^2, no corner has it.
+        // 0.05 + 0.9 y^2: least in the middle, where no corner is; coefficients of the whole cube are below zero.
         let dipped = nodes(|[x, y, _]| [x * (0.9 * y * y - 0.95), 0.0, 0.0]);
         let found = least(&dipped, 2.0, 1e-3, 8);
+        assert!(smallest(determinant(&dipped, 2.0).into_iter()) < 0.0);
+        let near = |x: f64| (x - 0.05).abs() < 1e-14;
         assert!(
-            found.lower <= 0.05 && found.lower > 0.0 && (found.reached - 0.05).abs() < 0.9,
+            found.lower > 0.0 && found.lower < 0.05 + 1e-14 && near(found.reached),
             "{found:?}"
         );
     }
@@ -211,7 +210,6 @@ mod tests {
         for case in 0..60 {
             let size = 0.1 + 0.02 * f64::from(case);
             let u: Vec<[f64; 3]> = (0..27).map(|_| [size * next(), size * next(), size * next()]).collect();
-            assert!((values_27([0.0; 3]).iter().sum::<f64>() - 1.0).abs() < 1e-15);
             let found = least(&u, 2.0, 1e-3, 8);
             let place = |k: usize| [k % 21, k / 21 % 21, k / 441].map(|i| i as f64 / 10.0 - 1.0);
             let sample = (0..9261).map(|k| sampled(&u, place(k))).fold(f64::INFINITY, f64::min);
@@ -223,10 +221,6 @@ mod tests {
             assert!(
                 found.lower > 0.0 || found.reached - found.lower <= 1e-3 + 1e-12,
                 "{case}: {found:?}"
-            );
-            assert!(
-                found.lower > 0.0 || sample > 0.0 || sample < 0.0 && found.reached < sample + 0.2,
-                "{case}"
             );
             inverted += usize::from(found.reached < 0.0);
         }

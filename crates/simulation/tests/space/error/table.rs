@@ -8,16 +8,11 @@ use simulation::space::error::{Correction, SAFETY, Stated, Touching, corrected, 
 
 use super::ball::{manufactured, thick_ball};
 use super::{displacement, largest, settings};
+use crate::now;
 use crate::push::{EVERYWHERE, MOVED, Pushed, QUARTER, quarter};
 
 const TIP: Vector3<f64> = Vector3::new(0.0, 0.0, 100.0);
 const REACH: f64 = 20.0;
-
-/// Seconds of this thread's processor.
-fn now() -> f64 {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
 
 /// A block with a tube of this radius at this depth.
 fn pushed(mesh: Mesh, nu: f64, radius: f64, depth: f64) -> (Pushed, f64) {
