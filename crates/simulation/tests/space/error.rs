@@ -1,6 +1,7 @@
 //! Stated errors against true ones.
 
 mod ball;
+mod block;
 mod jumps;
 mod kept;
 mod table;
