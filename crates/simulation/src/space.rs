@@ -7,7 +7,8 @@
 //! * [`element`], [`law`], [`lanes`]: the energy of an element with two derivatives;
 //! * [`solid`], [`tube`]: deformable bodies, and the rigid tube;
 //! * [`term`]: springs, and contact with the tube;
-//! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance.
+//! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance;
+//! * [`error`]: how far that state is from the one of smaller cubes.
 
 pub mod bodies;
 pub mod cells;
