@@ -8,12 +8,14 @@
 //! * [`solid`], [`tube`], [`level_set`]: deformable bodies, the rigid tube, and surfaces of bone and organs;
 //! * [`term`]: springs, and contact with the tube, with bone and of organs;
 //! * [`system`], [`equilibrium`]: all of it together, and the state in which forces balance;
-//! * [`frames`]: states from frame to frame as the tube moves.
+//! * [`frames`]: states from frame to frame as the tube moves;
+//! * [`error`]: how far a state is from the one of smaller cubes.
 
 pub mod bodies;
 pub mod cells;
 pub mod element;
 pub mod equilibrium;
+pub mod error;
 pub mod frames;
 pub mod lanes;
 pub mod law;

@@ -4,6 +4,7 @@
 //! of its surface. Nothing else knows what a parameter means.
 
 mod deformable;
+mod determinant;
 mod global;
 mod sums;
 

@@ -5,6 +5,8 @@
 mod block;
 mod bone_of_label;
 mod common;
+mod determinant;
+mod error;
 mod extremes;
 mod frames;
 mod global;
@@ -34,4 +36,10 @@ fn random(state: &mut u64) -> f64 {
         .wrapping_mul(6_364_136_223_846_793_005)
         .wrapping_add(1_442_695_040_888_963_407);
     (*state >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Seconds of this thread's processor.
+pub(crate) fn now() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

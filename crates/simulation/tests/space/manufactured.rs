@@ -14,18 +14,18 @@ use simulation::sparse::Dissection;
 /// A field that keeps volumes, as each component depends on later coordinates alone, and another that does not, small where
 /// the material hardly lets it: a pressure far above the shear modulus would make the exact state unstable.
 #[derive(Debug, Clone, Copy)]
-struct Exact {
+pub(crate) struct Exact {
     squeezed: f64,
 }
 
 impl Exact {
-    fn of(nu: f64) -> Self {
+    pub(crate) fn of(nu: f64) -> Self {
         Self {
             squeezed: 0.08 * (1.0 - 2.0 * nu),
         }
     }
 
-    fn displacement(&self, x: &Vector3<f64>) -> Vector3<f64> {
+    pub(crate) fn displacement(&self, x: &Vector3<f64>) -> Vector3<f64> {
         let [a, b, c] = [1.7 * x.x, 1.3 * x.y, 1.5 * x.z];
         let sheared = Vector3::new(b.sin() * c.cos() + 0.3 * c.sin(), (c + 0.4).cos(), 0.0) * 0.06;
         sheared + Vector3::new(a.sin() * b.cos(), (b + c).cos() - 1.0, a.cos() * c.sin()) * self.squeezed
@@ -63,18 +63,20 @@ fn force(material: &Material, exact: &Exact, x: &Vector3<f64>) -> Vector3<f64> {
     force
 }
 
-/// Root of the integrals of the squared errors of the displacement and of its gradient; unknowns.
-fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
+/// The ball that the solution is sought on, and a box around it.
+pub(crate) fn region(shift: f64) -> (Ball, [Vector3<f64>; 2]) {
     let ball = Ball {
         centre: Vector3::new(0.013, -0.021, 0.017) * shift,
         radius: 1.0,
     };
-    let corners = [Vector3::repeat(-1.3), Vector3::repeat(1.3)];
-    let mesh = Mesh::new(&ball, corners, settings, &|low, high| low.x + high.x < 0.0).unwrap();
+    (ball, [Vector3::repeat(-1.3), Vector3::repeat(1.3)])
+}
+
+/// The loaded body of a mesh, and the exact displacements of its nodes.
+pub(crate) fn system(mesh: &Mesh, nu: f64) -> (System, Vec<f64>) {
     let (material, field) = (Material::new(Law::NeoHookean, 1.0, nu).unwrap(), Exact::of(nu));
     let forces = mesh.spread(|x| force(&material, &field, x));
-    let solid = Deformable::new(mesh, material, Vector3::zeros()).unwrap();
-    let mesh = solid.mesh().clone();
+    let solid = Deformable::new(mesh.clone(), material, Vector3::zeros()).unwrap();
     let traction = solid.traction(|x, normal| stress(&material, &field, x) * normal);
     let mut system = System::new();
     let body = system.add(solid);
@@ -83,12 +85,16 @@ fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
     // Springs at rest in the exact state take rigid motions away and leave the solution as it is.
     let springs = Springs::new(&system.bodies, body, |_, _| 1.0, |x| x + field.displacement(x));
     system.others.push(Box::new(springs));
+    let exact = mesh.nodes.iter().flat_map(|x| field.displacement(x).data.0[0]);
+    (system, exact.collect())
+}
+
+/// Root of the integrals of the squared errors of the displacement and of its gradient; unknowns.
+fn errors(settings: &Settings, shift: f64, nu: f64) -> ([f64; 2], usize) {
+    let (ball, corners) = region(shift);
+    let mesh = Mesh::new(&ball, corners, settings, &|low, high| low.x + high.x < 0.0).unwrap();
     // From the exact displacements of the nodes: the search has only the error of the mesh to find.
-    let mut a: Vec<f64> = mesh
-        .nodes
-        .iter()
-        .flat_map(|x| field.displacement(x).data.0[0])
-        .collect();
+    let ((system, mut a), field) = (system(&mesh, nu), Exact::of(nu));
     let control = Control {
         provisional: true,
         tolerance: 1e-10,

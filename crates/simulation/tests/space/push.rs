@@ -22,64 +22,69 @@ const RADIUS: f64 = 10.0;
 const YOUNG: f64 = 5e-3;
 
 /// A tube whose tip is `depth` below the top of the block, in the middle of it.
-fn tube(depth: f64) -> Tube {
-    let tip = Point3::new(0.0, 0.0, HEIGHT - depth + RADIUS);
-    Tube::straight(tip, Vector3::z(), 200.0, RADIUS).unwrap()
+fn tube(depth: f64, radius: f64) -> Tube {
+    let tip = Point3::new(0.0, 0.0, HEIGHT - depth + radius);
+    Tube::straight(tip, Vector3::z(), 200.0, radius).unwrap()
 }
 
+/// All of space that is of interest.
+pub(crate) const EVERYWHERE: Plane = Plane {
+    point: Vector3::new(0.0, 0.0, 1e3),
+    normal: Vector3::new(0.0, 0.0, 1.0),
+};
+
 /// A quarter of the block, about the tube's axis.
-fn quarter(settings: &Settings, nu: f64, fine: &[f64]) -> (System, usize, Mesh) {
-    let everywhere = Plane {
-        point: Vector3::new(0.0, 0.0, 1e3),
-        normal: Vector3::z(),
-    };
-    let corners = [Vector3::zeros(), Vector3::new(HALF, HALF, HEIGHT)];
+pub(crate) const QUARTER: [Vector3<f64>; 2] = [Vector3::new(0.0, 0.0, 0.0), Vector3::new(HALF, HALF, HEIGHT)];
+
+/// Its mesh: cubes of each level are halved within a reach of the place where the tube comes down.
+pub(crate) fn quarter(settings: &Settings, fine: &[f64]) -> Mesh {
     let top = Vector3::new(0.0, 0.0, HEIGHT);
     let refine = |low: &Vector3<f64>, high: &Vector3<f64>| {
         let nearest = top.sup(low).inf(high);
         let level = (settings.side / (high.x - low.x)).log2().round() as usize;
         fine.get(level).is_some_and(|reach| (nearest - top).norm() < *reach)
     };
-    let mesh = Mesh::new(&everywhere, corners, settings, &refine).unwrap();
-    let material = Material::new(Law::NeoHookean, YOUNG, nu).unwrap();
+    Mesh::new(&EVERYWHERE, QUARTER, settings, &refine).unwrap()
+}
+
+/// The quarter on the ground, with the tube above it.
+fn system(mesh: &Mesh, material: Material, radius: f64) -> (System, usize) {
     let solid = Deformable::new(mesh.clone(), material, Vector3::zeros()).unwrap();
     let mut held: Vec<usize> = (0..2)
-        .flat_map(|k| {
-            solid
-                .mesh()
-                .nodes_where(|x| x[k] < 1e-9)
-                .into_iter()
-                .map(move |n| 3 * n + k)
-        })
+        .flat_map(|k| mesh.nodes_where(|x| x[k] < 1e-9).into_iter().map(move |n| 3 * n + k))
         .collect();
-    held.extend(
-        solid
-            .mesh()
-            .nodes_where(|x| x.z < 1e-9)
-            .into_iter()
-            .flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]),
-    );
+    let ground = mesh.nodes_where(|x| x.z < 1e-9);
+    held.extend(ground.into_iter().flat_map(|n| [3 * n, 3 * n + 1, 3 * n + 2]));
     let mut system = System::new();
     let body = system.add(solid);
     held.iter().for_each(|i| system.fixed[*i] = true);
-    let stiffness = 60.0 * YOUNG / (settings.side / f64::powi(2.0, fine.len() as i32));
-    let contact = TubeContact::new(&system.bodies, body, tube(0.0), stiffness, |_, normal| normal.z > 0.5).unwrap();
+    let smallest = mesh.grid().cells().map(|c| c.span).min().unwrap();
+    let stiffness = 60.0 * YOUNG / mesh.grid().length(smallest);
+    let wanted = |_: &Vector3<f64>, normal: &Vector3<f64>| normal.z > 0.5;
+    let contact = TubeContact::new(&system.bodies, body, tube(0.0, radius), stiffness, wanted).unwrap();
     system.tubes.push(contact);
-    (system, body, mesh)
+    (system, body)
 }
 
 /// A block with a tube in it.
 pub(crate) struct Pushed {
-    system: System,
+    pub(crate) system: System,
     newton: Newton,
-    a: Vec<f64>,
-    body: usize,
-    mesh: Mesh,
+    pub(crate) a: Vec<f64>,
+    pub(crate) body: usize,
+    pub(crate) mesh: Mesh,
+    radius: f64,
 }
 
 impl Pushed {
     pub(crate) fn new(settings: &Settings, nu: f64, fine: &[f64]) -> Self {
-        let (system, body, mesh) = quarter(settings, nu, fine);
+        Self::of(quarter(settings, fine), nu, RADIUS)
+    }
+
+    /// Of any mesh of the quarter.
+    pub(crate) fn of(mesh: Mesh, nu: f64, radius: f64) -> Self {
+        let material = Material::new(Law::NeoHookean, YOUNG, nu).unwrap();
+        let (system, body) = system(&mesh, material, radius);
         let order = Dissection::by_places(&system.places(), &[]).unwrap();
         let control = Control {
             provisional: true,
@@ -92,12 +97,13 @@ impl Pushed {
             system,
             body,
             mesh,
+            radius,
         }
     }
 
     /// The state with the tip at a depth, and four times the force on the tube: that of the whole block.
     pub(crate) fn to(&mut self, depth: f64) -> Result<(Equilibrium, f64), NoEquilibrium> {
-        self.system.tubes[0].move_to(tube(depth));
+        self.system.tubes[0].move_to(tube(depth, self.radius));
         let found = settle(&mut self.system, &mut self.newton, &mut self.a, &Tolerance::default())?;
         let force = self.system.tubes[0].force(&self.system.bodies, &self.a);
         Ok((found, 4.0 * force.force.z))
@@ -108,7 +114,7 @@ impl Pushed {
     }
 
     /// Displacement of a place of the reference configuration.
-    fn displacement(&self, at: [f64; 3]) -> Vector3<f64> {
+    pub(crate) fn displacement(&self, at: [f64; 3]) -> Vector3<f64> {
         let row = self.mesh.row(&Vector3::from(at)).unwrap();
         let part = self.system.bodies.part(self.body, &self.a);
         row.iter()
@@ -118,7 +124,7 @@ impl Pushed {
 }
 
 /// Places about the tube's axis, and where the second code's finest mesh moves them at 20 mm, nu = 0.49.
-const MOVED: [([f64; 3], [f64; 3]); 8] = [
+pub(crate) const MOVED: [([f64; 3], [f64; 3]); 8] = [
     ([0.0, 0.0, 20.0], [0.0, 0.0, -0.4243]),
     ([0.0, 0.0, 40.0], [0.0, 0.0, -1.4900]),
     ([0.0, 0.0, 60.0], [0.0, 0.0, -3.3835]),

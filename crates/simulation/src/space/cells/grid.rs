@@ -209,7 +209,7 @@ impl Grid {
     }
 
     /// The cubes across its six faces; of four smaller ones each.
-    pub(super) fn across(&self, cell: &Cell) -> Vec<Cell> {
+    pub fn across(&self, cell: &Cell) -> Vec<Cell> {
         let one_beside = |c: &Cell| {
             let apart = |k: usize| c.corner[k] + c.span <= cell.corner[k] || c.corner[k] >= cell.corner[k] + cell.span;
             (0..3).filter(|k| apart(*k)).count() == 1

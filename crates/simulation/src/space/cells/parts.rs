@@ -24,6 +24,13 @@ pub struct VolumePoint {
     pub volume: f64,
 }
 
+impl VolumePoint {
+    /// The number of its cube.
+    pub fn cube(&self) -> usize {
+        self.cell as usize
+    }
+}
+
 /// A point of the surface of a mesh's region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::grid::Cell;
 use super::mesh::Mesh;
 use super::parts::VolumePoint;
 use super::shape::{gradients, values};
@@ -33,6 +34,50 @@ impl Mesh {
     /// Free nodes with their weights in a point's displacement.
     pub fn point_row(&self, point: &VolumePoint) -> Vec<(u32, f64)> {
         self.row_in(point.cell as usize, &point.at)
+    }
+
+    /// The cubes, in the order of their corners: what numbers of cubes count.
+    pub fn cubes(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// The displacements at the 27 places of a cube's corners and of the middles between them, in the order of
+    /// [`crate::space::element::shape`]; of 8 nodes by their shape functions.
+    pub fn nodal(&self, cube: usize, a: &[f64]) -> Vec<[f64; 3]> {
+        let one = |node: &u32| {
+            let mut sum = [0.0; 3];
+            for (free, weight) in &self.ties.ties[*node as usize] {
+                (0..3).for_each(|k| sum[k] += weight * a[3 * *free as usize + k]);
+            }
+            sum
+        };
+        let own: Vec<[f64; 3]> = self.ties.of_cell[cube].iter().map(one).collect();
+        let at = |k: usize| [k % 3, k / 3 % 3, k / 9].map(|i| i as f64 - 1.0);
+        let value = |k: usize| {
+            let mut sum = [0.0; 3];
+            for (u, weight) in own.iter().zip(values(self.order, at(k))) {
+                (0..3).for_each(|axis| sum[axis] += weight * u[axis]);
+            }
+            sum
+        };
+        (0..27).map(value).collect()
+    }
+
+    /// Of each element its cubes, by number, and its points in the order of its table.
+    pub fn parts(&self) -> Vec<(Vec<usize>, Vec<VolumePoint>)> {
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (cube, root) in self.ties.root.iter().enumerate() {
+            groups.entry(*root).or_default().push(cube);
+        }
+        let first = |cube: usize| self.points.partition_point(|p| (p.cell as usize) < cube);
+        let points = |cubes: &[usize]| {
+            let each = cubes.iter().flat_map(|c| &self.points[first(*c)..first(c + 1)]);
+            each.copied().collect()
+        };
+        groups
+            .into_values()
+            .map(|cubes| (cubes.clone(), points(&cubes)))
+            .collect()
     }
 
     /// Forces on the unknowns of a force by reference volume.

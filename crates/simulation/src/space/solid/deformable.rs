@@ -3,11 +3,16 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::sums::{Sums, taken};
-use super::{Solid, rotated};
+use super::{Solid, determinant, rotated};
 use crate::solid::NotMixed;
 use crate::space::cells::{Mesh, Share};
 use crate::space::law::Material;
 use crate::sparse::Triplets;
+
+/// Bounds of determinants end where they are so near to one another, and after so many halvings of whole and of cut cubes.
+const NEAR: f64 = 1e-3;
+const DEPTH: u32 = 8;
+const CUT_DEPTH: u32 = 3;
 
 /// A mesh of one material under a uniform weight.
 #[derive(Debug, Clone)]
@@ -65,6 +70,30 @@ impl Deformable {
     /// How many elements are done four at once, and how many one by one: only whole cubes of one size have a table in common.
     pub fn together(&self) -> [usize; 2] {
         self.sums.counts()
+    }
+
+    /// Bounds of the least determinant of the deformation gradient at all places of all cubes: it is nowhere less than the first, and is the
+    /// second somewhere inside. Where the first is above zero nothing is turned inside out, between the elements' points neither.
+    /// Of cubes that the surface cuts all of the cube is bounded, so that the first may lie far below what is inside.
+    pub fn bounded_determinant(&self, a: &[f64]) -> (f64, f64) {
+        let mut volumes = vec![0.0; self.mesh.cubes().len()];
+        self.mesh.points().iter().for_each(|p| volumes[p.cube()] += p.volume);
+        let (mut lower, mut reached) = (f64::INFINITY, self.least_determinant(a));
+        for (number, (cell, volume)) in self.mesh.cubes().iter().zip(volumes).enumerate() {
+            let side = self.mesh.grid().length(cell.span);
+            let whole = volume > side.powi(3) * (1.0 - 1e-9);
+            let depth = if whole { DEPTH } else { CUT_DEPTH };
+            let found = determinant::least(&self.mesh.nodal(number, a), side, NEAR, depth);
+            // Corners of cut cubes may be outside.
+            reached = if whole { reached.min(found.reached) } else { reached };
+            // What is no number stays: such a cube has no bound.
+            lower = if lower.is_nan() || found.lower >= lower {
+                lower
+            } else {
+                found.lower
+            };
+        }
+        (lower, reached)
     }
 
     /// Forces on the parameters of a dead load by reference area, on points of the surface, given by their place and normal.

@@ -1,0 +1,58 @@
+//! A stated error: what the step to cubes half as large changes, with a factor.
+//!
+//! Where errors fall with order `p` in the side of the cubes, that step takes `1 - 2^-p` of them away: half of them at order 1, that of a
+//! corner or the edge of a contact, seven eighths at order 3. [`SAFETY`] covers order 1; tables of docs/solids-3d.md show what it gave where
+//! the error is known.
+
+use nalgebra::Vector3;
+
+use super::halving::displacement;
+use crate::space::cells::Mesh;
+
+/// What differences are multiplied by.
+pub const SAFETY: f64 = 2.0;
+
+/// Bounds of errors, as far as they go.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stated {
+    /// Of displacements of places near the tip, mm.
+    pub near: f64,
+    /// Of displacements of all other places, mm.
+    pub elsewhere: f64,
+    /// Of the force on the tube.
+    pub force: f64,
+}
+
+impl Stated {
+    /// Of a state on a mesh, beside one of the same body in smaller cubes: each a mesh, the unknowns of the body and the force on the
+    /// tube. Places count as near within `reach` of `tip`, in the reference configuration, mm. The largest difference at all
+    /// points inside and on the surface of the finer mesh counts.
+    pub fn new(
+        coarse: (&Mesh, &[f64], Vector3<f64>),
+        fine: (&Mesh, &[f64], Vector3<f64>),
+        tip: &Vector3<f64>,
+        reach: f64,
+    ) -> Self {
+        let mut largest = [0.0_f64; 2];
+        let inside = fine.0.points().iter().map(|p| (p.at, fine.0.point_row(p)));
+        let surface = fine.0.surface.iter().map(|p| (p.at, fine.0.surface_row(p)));
+        for (at, row) in inside.chain(surface) {
+            let mut off = -displacement(coarse.0, coarse.1, &at);
+            for (node, weight) in row {
+                (0..3).for_each(|k| off[k] += weight * fine.1[3 * node as usize + k]);
+            }
+            let which = &mut largest[usize::from((at - tip).norm() > reach)];
+            // A number that is none must not pass for a small one.
+            *which = if off.norm() <= *which || which.is_nan() {
+                *which
+            } else {
+                off.norm()
+            };
+        }
+        Self {
+            near: SAFETY * largest[0],
+            elsewhere: SAFETY * largest[1],
+            force: SAFETY * (fine.2 - coarse.2).norm(),
+        }
+    }
+}
