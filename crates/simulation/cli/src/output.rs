@@ -187,7 +187,7 @@ impl<'a> Album<'a> {
 }
 
 /// Writes the report under a temporary name and renames it.
-fn json(report: &Report<'_>, path: &Path) -> Result<(), OutputError> {
+pub(crate) fn json(report: &impl serde::Serialize, path: &Path) -> Result<(), OutputError> {
     let part = path.with_extension("json.part");
     let text = serde_json::to_string_pretty(report).map_err(io::Error::other);
     let written = text
