@@ -3,6 +3,7 @@
 //! Read in three steps: the raw shape ([`raw`]), the [`plan`] whose every value can be used, and with the label map the
 //! [`model`]. A [`run`] goes from state to state; [`output`] writes pictures and report.
 
+mod draw;
 mod hold;
 mod labels;
 mod model;
@@ -11,6 +12,8 @@ mod plan;
 pub(crate) mod raw;
 mod report;
 mod run;
+#[cfg(test)]
+mod tests;
 mod way;
 mod words;
 
