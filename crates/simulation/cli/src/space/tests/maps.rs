@@ -34,10 +34,18 @@ fn header(size: [usize; 3], rows: [[f32; 4]; 3]) -> Vec<u8> {
 pub(super) const BALL: ([f64; 3], f64) = ([10.0, -20.0, 30.0], 20.0);
 /// A layer of label 3 lies this far behind its middle (to the patient's back), mm, and is so thick.
 pub(super) const FLOOR: [f64; 2] = [20.0, 9.0];
+/// Voxels of the map along each axis.
+pub(super) const SIZE: [usize; 3] = [30, 32, 28];
+
+/// What a place is labelled, from the middle of the ball.
+pub(super) fn label(from: &Vector3<f64>) -> u8 {
+    let floor = (FLOOR[0]..FLOOR[0] + FLOOR[1]).contains(&from.y);
+    if from.norm() < BALL.1 { 1 } else { 3 * u8::from(floor) }
+}
 
 /// Voxels of 3 mm along axes that `turn` takes to LPS; `skew` of the second axis leans towards the first.
 pub(super) fn write(path: &Path, turn: &Matrix3<f64>, skew: f64) {
-    let (size, spacing) = ([30_usize, 32, 28], 3.0);
+    let (size, spacing) = (SIZE, 3.0);
     let mut steps = turn * spacing;
     let first = steps.column(0).into_owned();
     let mut second = steps.column_mut(1);
@@ -51,8 +59,7 @@ pub(super) fn write(path: &Path, turn: &Matrix3<f64>, skew: f64) {
     for n in 0..size.iter().product::<usize>() {
         let voxel = [n % size[0], n / size[0] % size[1], n / size[0] / size[1]];
         let from = origin + steps * Vector3::from(voxel.map(|x| x as f64)) - Vector3::from(BALL.0);
-        let floor = (FLOOR[0]..FLOOR[0] + FLOOR[1]).contains(&from.y);
-        bytes.push(if from.norm() < BALL.1 { 1 } else { 3 * u8::from(floor) });
+        bytes.push(label(&from));
     }
     std::fs::write(path, bytes).unwrap();
 }

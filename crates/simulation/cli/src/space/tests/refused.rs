@@ -28,7 +28,8 @@ fn refused(old: &str, new: &str, said: &[&str]) {
 fn what_the_label_map_does_not_have_is_named() {
     refused("label = 1", "label = 2", &["organs.0.label", "2, which no voxel has", "1, 3"]);
     refused("labels = [3]", "labels = [3, 9]", &["rigid.0.labels.1", "9, which no voxel has"]);
-    refused("within = 4.0", "within = 0.001", &["attachments.0.within", "no part of \"ball\"", "floor"]);
+    let tied = "within = 0.5\nkind = \"tied\"\nyoung = 1.0\nmargin = 1.0";
+    refused("within = 4.0\nkind = \"fixed\"", tied, &["attachments.0.within", "no part of \"ball\"", "floor"]);
     refused("smoothing = 3.0", "smoothing = 60.0", &["organs.0.smoothing"]);
     refused("side = 12.0", "side = 0.5", &["organs.0.cubes", "more than 20000"]);
     let error = refusal(SCENE, 0.01);

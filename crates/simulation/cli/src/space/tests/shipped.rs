@@ -11,7 +11,8 @@ fn kidney() -> Option<Space> {
     let text = std::fs::read_to_string(&path).unwrap();
     let shared = std::env::var_os("TROCAR_SHARED").map(PathBuf::from);
     let map = "data/ct-abdopelvis-nifti/example_seg_fast_force_split.nii.gz";
-    let map = shared.unwrap_or_else(|| path.join("../../../../shared")).join(map);
+    let folder = path.parent().unwrap().join("../../../shared");
+    let map = shared.unwrap_or(folder).join(map);
     if !map.is_file() {
         println!("skipped: config/solids/kidney.toml needs {}, which is not there", map.display());
         return None;
