@@ -138,7 +138,10 @@ fn checked(path: &Path, labels: Option<&Path>, read_labels: ReadLabels) -> Resul
         return Ok(Scene::Space(Box::new(Space::new(text, path, labels, read_labels)?)));
     }
     if labels.is_some() {
-        return Err(format!("{}: --labels is for scenes in space, which have a table [space]", path.display()));
+        return Err(format!(
+            "{}: --labels is for scenes in space, which have a table [space]",
+            path.display()
+        ));
     }
     let source = Source::parse(text, path).map_err(|error| error.to_string())?;
     let (model, plan) = modelled(&source)?;

@@ -34,7 +34,8 @@ pub(crate) type Source = Parsed<RawScene>;
 
 /// Whether a text is of a scene of solids in space: it has the table `[space]`.
 pub(crate) fn is_of_space(text: &str) -> bool {
-    text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("space"))
+    text.parse::<toml::Table>()
+        .is_ok_and(|table| table.contains_key("space"))
 }
 
 /// The text of a scene file.

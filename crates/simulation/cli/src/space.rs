@@ -64,14 +64,24 @@ impl Space {
         let beside = || path.parent().unwrap_or_else(|| Path::new("")).join(&space.labels);
         let path = instead.map_or_else(beside, Path::to_owned);
         let why = |found: String| {
-            let obtain = space.obtain.as_deref().map(|how| format!("; {how}")).unwrap_or_default();
+            let obtain = space
+                .obtain
+                .as_deref()
+                .map(|how| format!("; {how}"))
+                .unwrap_or_default();
             let allowed = format!("a label map (NIfTI) of orthogonal axes; another one: --labels FILE{obtain}");
             refused(invalid("space.labels", format!("{}: {found}", path.display()), allowed))
         };
         let volume = read(&path).map_err(|error| why(error.to_string()))?;
         let labels = Labels::new(&volume).map_err(|error| why(error.to_string()))?;
         let model = Model::new(&plan, &labels).map_err(refused)?;
-        Ok(Self { plan, labels, path, model, source })
+        Ok(Self {
+            plan,
+            labels,
+            path,
+            model,
+            source,
+        })
     }
 
     /// What it models.
@@ -98,8 +108,14 @@ impl Space {
         let (scene, out) = (self.source.path.display(), out.display());
         match (&found.refused, found.saddles().first()) {
             (Some(why), _) => Err(format!("{scene}: {why}. What was found until then is in {out}")),
-            (None, Some(label)) => Err(format!("{scene}: {label} is no minimum or not known to be one. All states are in {out}")),
-            (None, None) => Ok(format!("{}; {} and result.json in {out}\n", words::found(&found), pictures.join(", "))),
+            (None, Some(label)) => Err(format!(
+                "{scene}: {label} is no minimum or not known to be one. All states are in {out}"
+            )),
+            (None, None) => Ok(format!(
+                "{}; {} and result.json in {out}\n",
+                words::found(&found),
+                pictures.join(", ")
+            )),
         }
     }
 }

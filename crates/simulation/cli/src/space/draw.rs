@@ -5,6 +5,8 @@ mod frame;
 mod lattice;
 mod shape;
 mod skin;
+#[cfg(test)]
+mod tests;
 
 use geometry::SlicePlane;
 use nalgebra::Vector3;
@@ -54,7 +56,12 @@ impl<'a> Album<'a> {
             lattices,
             ramp: Ramp::from_zero(0.0),
         };
-        let most = whole.run.states.iter().filter(|s| s.found.is_some()).map(|s| album.largest(s));
+        let most = whole
+            .run
+            .states
+            .iter()
+            .filter(|s| s.found.is_some())
+            .map(|s| album.largest(s));
         album.ramp = Ramp::from_zero(most.fold(0.0, f64::max));
         album
     }
@@ -73,7 +80,11 @@ impl<'a> Album<'a> {
     fn largest(&self, state: &State) -> f64 {
         let mut all = Vec::new();
         for (lattice, moved) in self.lattices.iter().zip(self.moved(state)) {
-            let inside = lattice.values.iter().zip(moved.shown).filter(|(value, shown)| **value < 0.0 && shown.is_finite());
+            let inside = lattice
+                .values
+                .iter()
+                .zip(moved.shown)
+                .filter(|(value, shown)| **value < 0.0 && shown.is_finite());
             all.extend(inside.map(|(_, shown)| shown));
         }
         all.sort_by(f64::total_cmp);
@@ -96,18 +107,29 @@ impl<'a> Album<'a> {
     /// Two axes of each of three cuts: along the tube twice, its tip down, and across it as it looks ahead.
     fn axes(&self) -> [[Vector3<f64>; 2]; 3] {
         let along = self.whole.plan.way.direction;
-        let beside = if along.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
-        let right = (beside - along * beside.dot(&along)).normalize();
+        let beside = if along.x.abs() < 0.9 {
+            Vector3::x()
+        } else {
+            Vector3::y()
+        };
+        let right = (beside - along * beside.dot(&along))
+            .try_normalize(0.0)
+            .unwrap_or(beside);
         let other = along.cross(&right);
         [[right, along], [other, along], [right, other]]
     }
 
     fn cut(&self, state: &State, moved: &[Moved], which: usize, side: u32) -> Option<(Cut, SlicePlane)> {
-        let Whole { plan, labels, model, .. } = self.whole;
+        let Whole {
+            plan, labels, model, ..
+        } = self.whole;
         let middle = labels.patient(&model.way.middle(self.gone(state)));
         let plane = shape::plane(&self.skins, self.axes()[which], Some(middle), [side; 2])?;
         let organs: Vec<_> = self.lattices.iter().zip(moved).collect();
-        Some((Cut::new(&plane, (plan, labels, model), &organs, &self.tube(state)?), plane))
+        Some((
+            Cut::new(&plane, (plan, labels, model), &organs, &self.tube(state)?),
+            plane,
+        ))
     }
 
     /// The surfaces.
@@ -117,7 +139,15 @@ impl<'a> Album<'a> {
         let view = [width, height.saturating_sub(92).max(60)];
         if let Some(camera) = shape::camera(&self.skins, &self.whole.plan.way.direction, view) {
             let of = (self.whole.labels, self.whole.model);
-            shape::draw(&mut canvas, of, &self.skins, &camera, &state.a, self.gone(state), [0, 78]);
+            shape::draw(
+                &mut canvas,
+                of,
+                &self.skins,
+                &camera,
+                &state.a,
+                self.gone(state),
+                [0, 78],
+            );
         }
         self.captions(&mut canvas, state, "surfaces, the tube in blue");
         canvas
@@ -136,7 +166,13 @@ impl<'a> Album<'a> {
                 canvas.paste(&cut.painted(&self.ramp), SIDE, corner[0], corner[1]);
                 frame::sides(&mut canvas, &plane, corner.map(f64::from), false);
             }
-            canvas.text([f64::from(corner[0]) + 8.0, 91.0], words, 13.0, frame::QUIET, Anchor::Left);
+            canvas.text(
+                [f64::from(corner[0]) + 8.0, 91.0],
+                words,
+                13.0,
+                frame::QUIET,
+                Anchor::Left,
+            );
         }
         let (what, unit) = self.field();
         self.captions(&mut canvas, state, what);
@@ -159,7 +195,15 @@ impl<'a> Album<'a> {
         let mut canvas = frame::canvas(2 * SMALL + 6, SMALL + 42);
         if let Some(camera) = shape::camera(&self.skins, &self.whole.plan.way.direction, [SMALL; 2]) {
             let of = (self.whole.labels, self.whole.model);
-            shape::draw(&mut canvas, of, &self.skins, &camera, &state.a, self.gone(state), [0, 42]);
+            shape::draw(
+                &mut canvas,
+                of,
+                &self.skins,
+                &camera,
+                &state.a,
+                self.gone(state),
+                [0, 42],
+            );
         }
         if let Some((cut, plane)) = self.cut(state, &self.moved(state), 0, SMALL) {
             canvas.paste(&cut.painted(&self.ramp), SMALL, SMALL + 6, 42);

@@ -57,9 +57,12 @@ pub(super) fn all(
             let ties: Vec<&Attachment> = plan.attachments.iter().filter(|a| a.organ == number).collect();
             let of: Vec<Vec<u16>> = ties.iter().map(|tie| labels_of(plan, tie)).collect();
             let tied = |x: &Vector3<f64>| ties.iter().zip(&of).any(|(tie, of)| labels.is_near(x, tie.within, of));
-            let around = |x: &Vector3<f64>| way.from_axis(x, free) >= bath.corridor && !tied(x);
+            let around = |x: &Vector3<f64>| way.off_axis(x, free) >= bath.corridor && !tied(x);
             if let Some(how) = springs_at(number, bath.stiffness, body, system, &mut springs, &around) {
-                let by = format!("the bath around it, but for {} mm about the tube's way to it", bath.corridor);
+                let by = format!(
+                    "the bath around it, but for {} mm about the tube's way to it",
+                    bath.corridor
+                );
                 held.push(Held { body: number, by, how });
             }
         }
@@ -75,7 +78,10 @@ pub(super) fn all(
 }
 
 fn labels_of(plan: &Plan, one: &Attachment) -> Vec<u16> {
-    one.to.iter().flat_map(|r| plan.rigid[*r].labels.iter().copied()).collect()
+    one.to
+        .iter()
+        .flat_map(|r| plan.rigid[*r].labels.iter().copied())
+        .collect()
 }
 
 fn attached(
@@ -88,7 +94,11 @@ fn attached(
 ) -> Checked<Held> {
     let key = format!("attachments.{k}.within");
     if !labels.can_look(one.within) {
-        return Err(invalid(key, one.within, "less: all voxels so near to each point are looked at"));
+        return Err(invalid(
+            key,
+            one.within,
+            "less: all voxels so near to each point are looked at",
+        ));
     }
     let (of, body) = (labels_of(plan, one), &bodies[one.organ]);
     let near = |x: &Vector3<f64>| labels.is_near(x, one.within, &of);

@@ -113,7 +113,11 @@ impl Labels {
     pub(super) fn at(&self, place: &Vector3<f64>) -> u16 {
         let voxel = [0, 1, 2].map(|k| (place[k] / self.spacing[k] + 0.5).floor());
         let inside = (0..3).all(|k| voxel[k] >= 0.0 && voxel[k] < self.size[k] as f64);
-        if inside { self.voxel(voxel.map(|v| v as usize)) } else { 0 }
+        if inside {
+            self.voxel(voxel.map(|v| v as usize))
+        } else {
+            0
+        }
     }
 
     fn voxel(&self, [i, j, k]: [usize; 3]) -> u16 {
@@ -123,7 +127,9 @@ impl Labels {
     /// All labels of the map but 0, each once, in their order.
     pub(super) fn all(&self) -> Vec<u16> {
         let mut is_there = vec![false; 1 << 16];
-        self.labels.iter().for_each(|label| is_there[usize::from(*label)] = true);
+        self.labels
+            .iter()
+            .for_each(|label| is_there[usize::from(*label)] = true);
         (1..=u16::MAX).filter(|label| is_there[usize::from(*label)]).collect()
     }
 
@@ -136,7 +142,10 @@ impl Labels {
     /// Whether a voxel of one of some labels, the whole box of it, is within a distance of a place.
     pub(super) fn is_near(&self, place: &Vector3<f64>, distance: f64, of: &[u16]) -> bool {
         let range = [0, 1, 2].map(|k| {
-            let (low, high) = ((place[k] - distance) / self.spacing[k], (place[k] + distance) / self.spacing[k]);
+            let (low, high) = (
+                (place[k] - distance) / self.spacing[k],
+                (place[k] + distance) / self.spacing[k],
+            );
             let last = self.size[k] as f64 - 1.0;
             let [low, high] = [(low - 0.5).ceil(), (high + 0.5).floor()].map(|v| v.clamp(-1.0, last + 1.0));
             low.max(0.0) as usize..(high.min(last) + 1.0).max(0.0) as usize

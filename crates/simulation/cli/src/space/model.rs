@@ -56,13 +56,21 @@ impl Model {
         for (k, organ) in plan.organs.iter().enumerate() {
             let body = body(k, organ, labels, &way)?;
             let solid = Deformable::new(body.mesh.clone(), organ.material, Vector3::zeros());
-            let solid = solid.map_err(|why| invalid(format!("organs.{k}.poisson"), why, "a ratio that its elements can do"))?;
+            let solid =
+                solid.map_err(|why| invalid(format!("organs.{k}.poisson"), why, "a ratio that its elements can do"))?;
             system.add(solid);
             bodies.push(body);
         }
         let free = first_touch(&way, &bodies, &system)?;
         let (held, springs) = hold::all(plan, labels, (&way, free), &bodies, &mut system)?;
-        let mut model = Self { system, bodies, held, springs, way, free };
+        let mut model = Self {
+            system,
+            bodies,
+            held,
+            springs,
+            way,
+            free,
+        };
         model.contacts(plan)?;
         Ok(model)
     }
@@ -100,7 +108,9 @@ impl Model {
                         "points of the surface of {:?} that are {gap:.2} mm from the middle between them, {stroke} mm along the stroke",
                         self.bodies[k].name
                     );
-                    let allowed = format!("at most {most:.2} mm, a quarter of the tube's diameter: smaller cubes there (side, levels, within)");
+                    let allowed = format!(
+                        "at most {most:.2} mm, a quarter of the tube's diameter: smaller cubes there (side, levels, within)"
+                    );
                     return Err(invalid(format!("organs.{k}.cubes"), found, allowed));
                 }
             }
@@ -142,7 +152,7 @@ fn body(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Body> {
     let refine = |low: &Vector3<f64>, high: &Vector3<f64>| {
         let level = (settings.side / (high.x - low.x)).log2().round().max(0.0) as usize;
         // The distance of its middle less half of its diagonal: no cube near the way is left out.
-        let near = way.from_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
+        let near = way.off_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
         organ.within.get(level).is_some_and(|reach| near < *reach)
     };
     let mesh = Mesh::new(&field, field.corners, settings, &refine);
@@ -164,7 +174,13 @@ fn first_touch(way: &Way, bodies: &[Body], system: &System) -> Checked<f64> {
     let mut first = f64::INFINITY;
     for (k, body) in bodies.iter().enumerate() {
         let (solid, part) = (system.bodies.solid(k), system.bodies.part(k, &a));
-        let starts = || invalid("tube.entry", format!("the tube starts inside {:?}", body.name), "a place from which the whole tube is outside all organs");
+        let starts = || {
+            invalid(
+                "tube.entry",
+                format!("the tube starts inside {:?}", body.name),
+                "a place from which the whole tube is outside all organs",
+            )
+        };
         for point in 0..solid.points() {
             let at = solid.point(part, point);
             if tube.signed_distance(&at).value <= 0.0 {
@@ -181,7 +197,11 @@ fn first_touch(way: &Way, bodies: &[Body], system: &System) -> Checked<f64> {
         }
     }
     if !first.is_finite() {
-        return Err(invalid("tube", "a way on which the tube touches no organ", "an entry and a target or direction that lead to one"));
+        return Err(invalid(
+            "tube",
+            "a way on which the tube touches no organ",
+            "an entry and a target or direction that lead to one",
+        ));
     }
     Ok((first - BEFORE).max(0.0))
 }

@@ -21,7 +21,11 @@ pub(super) fn write(whole: &Whole<'_>, out: &Path) -> Result<Vec<String>, Output
     let album = Album::new(whole);
     let states = &whole.run.states;
     let mut png = |name: &str, canvas: &Canvas, label: &str| -> Result<(), PngError> {
-        let texts = [("Title", latin(whole.title)), ("State", latin(label)), ("Kind", "MODEL".to_owned())];
+        let texts = [
+            ("Title", latin(whole.title)),
+            ("State", latin(label)),
+            ("Kind", "MODEL".to_owned()),
+        ];
         write_png(&out.join(name), canvas, &texts)?;
         pictures.push(name.to_owned());
         Ok(())
@@ -34,7 +38,12 @@ pub(super) fn write(whole: &Whole<'_>, out: &Path) -> Result<Vec<String>, Output
         png("cuts.png", &album.cuts(last), &last.label)?;
     }
     if states.len() > 2 {
-        let small = |most: usize| -> Vec<Canvas> { chosen(states.len(), most).into_iter().map(|k| album.small(&states[k])).collect() };
+        let small = |most: usize| -> Vec<Canvas> {
+            chosen(states.len(), most)
+                .into_iter()
+                .map(|k| album.small(&states[k]))
+                .collect()
+        };
         if whole.plan.strip > 0 {
             png("strip.png", &grid(&small(whole.plan.strip), ROW), "strip")?;
         }

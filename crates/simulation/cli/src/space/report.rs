@@ -1,16 +1,18 @@
 //! `result.json` of solids in space.
 
+mod state;
+
 use nalgebra::Vector3;
 use serde::Serialize;
 use simulation::space::cells::Facts;
-use simulation::space::equilibrium::Equilibrium;
 
 use super::hold::How;
 use super::labels::Labels;
 use super::model::{Body, Model};
 use super::plan::Plan;
-use super::run::{Run, State, beside};
+use super::run::Run;
 use super::words;
+use state::{StateRecord, record};
 
 /// Names the format.
 const FORMAT: &str = "trocar-simulation-space";
@@ -107,57 +109,6 @@ struct TubeRecord {
     step: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct StateRecord<'a> {
-    label: &'a str,
-    stroke: f64,
-    tip: [f64; 3],
-    /// Absent where the forces do not balance.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    on_tube: Option<OnTubeRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    equilibrium: Option<Certificate>,
-    /// Area of surfaces in what is rigid and is no obstacle, mm^2.
-    area_in_rigid: f64,
-    seconds: f64,
-    /// Of force and places: not known.
-    error: Option<f64>,
-}
-
-/// What the tissue does to the tube.
-#[derive(Debug, Serialize)]
-struct OnTubeRecord {
-    force: [f64; 3],
-    force_size: f64,
-    /// Along the way: against it where it is below 0.
-    force_along: f64,
-    /// About the tip.
-    moment: [f64; 3],
-    points: usize,
-    area: f64,
-    depth: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct Certificate {
-    energy: f64,
-    /// The largest free force beside the largest load or reaction.
-    residual: f64,
-    load: f64,
-    /// The last change of a contact's force beside the load.
-    force_change: f64,
-    /// The deepest point in the tube, mm.
-    depth: f64,
-    least_determinant: f64,
-    /// Directions in which the energy falls: 0 at a minimum, null where it is not known.
-    falling: Option<usize>,
-    /// What tube and supports leave over on the organs, beside the force on the tube.
-    balance: f64,
-    parts: usize,
-    rounds: usize,
-    iterations: usize,
-}
-
 fn triple(v: &Vector3<f64>) -> [f64; 3] {
     // Adding zero makes -0 a plain 0.
     [v.x + 0.0, v.y + 0.0, v.z + 0.0]
@@ -175,7 +126,13 @@ pub(super) struct Whole<'a> {
 
 impl<'a> Report<'a> {
     pub(super) fn new(whole: &'a Whole<'a>, pictures: &'a [String]) -> Self {
-        let Whole { plan, labels, model, run, .. } = whole;
+        let Whole {
+            plan,
+            labels,
+            model,
+            run,
+            ..
+        } = whole;
         let [unknowns, free_unknowns] = model.unknowns();
         Self {
             format: FORMAT,
@@ -194,7 +151,12 @@ impl<'a> Report<'a> {
                 voxels: labels.size,
                 spacing: labels.spacing.into(),
             },
-            organs: model.bodies.iter().zip(&plan.organs).map(|(body, organ)| organ_record(body, organ)).collect(),
+            organs: model
+                .bodies
+                .iter()
+                .zip(&plan.organs)
+                .map(|(body, organ)| organ_record(body, organ))
+                .collect(),
             held: held(model),
             tube: TubeRecord {
                 diameter: 2.0 * plan.way.radius,
@@ -244,7 +206,12 @@ fn held(model: &Model) -> Vec<HeldRecord<'_>> {
     let one = |held: &'_ super::hold::Held| {
         let (how, count, area, stiffness) = match held.how {
             How::Nodes(count) => ("fixed nodes", count, None, None),
-            How::Springs { points, area, stiffness, .. } => ("springs", points, Some(area), Some(stiffness)),
+            How::Springs {
+                points,
+                area,
+                stiffness,
+                ..
+            } => ("springs", points, Some(area), Some(stiffness)),
         };
         (how, count, area, stiffness)
     };
@@ -260,42 +227,4 @@ fn held(model: &Model) -> Vec<HeldRecord<'_>> {
         }
     });
     records.collect()
-}
-
-fn record<'a>(plan: &Plan, model: &Model, state: &'a State) -> StateRecord<'a> {
-    let on = &state.on_tube;
-    StateRecord {
-        label: &state.label,
-        stroke: state.stroke,
-        tip: triple(&plan.way.tip(model.free + state.stroke)),
-        on_tube: state.found.map(|_| OnTubeRecord {
-            force: triple(&on.force),
-            force_size: on.force.norm(),
-            force_along: on.force.dot(&plan.way.direction) + 0.0,
-            moment: triple(&on.moment),
-            points: on.points,
-            area: on.area,
-            depth: on.depth,
-        }),
-        equilibrium: state.found.as_ref().map(|found| certificate(state, found)),
-        area_in_rigid: state.in_rigid,
-        seconds: state.seconds,
-        error: None,
-    }
-}
-
-fn certificate(state: &State, found: &Equilibrium) -> Certificate {
-    Certificate {
-        energy: found.energy,
-        residual: beside(found.residual, found.load),
-        load: found.load,
-        force_change: beside(found.change, found.load),
-        depth: found.depth,
-        least_determinant: found.least_determinant,
-        falling: found.falling,
-        balance: state.balance,
-        parts: state.parts,
-        rounds: found.rounds,
-        iterations: found.iterations,
-    }
 }

@@ -1,17 +1,18 @@
 //! The stroke: from state to state, each in equilibrium, each with the numbers that it rests on.
 
+mod search;
+
 use nalgebra::Vector3;
 use simulation::control::{Newton, Potential, Settings};
-use simulation::space::equilibrium::{Equilibrium, NoEquilibrium, Tolerance, settle};
+use simulation::space::equilibrium::{Equilibrium, NoEquilibrium};
 use simulation::sparse::Dissection;
 
 use super::labels::Labels;
 use super::model::Model;
 use super::plan::Plan;
 use crate::run::Stopwatch;
+use search::Search;
 
-/// A step that fails is halved so many times.
-const HALVINGS: u32 = 4;
 /// The largest free force over the largest load.
 const TOLERANCE: f64 = 1e-8;
 
@@ -99,7 +100,11 @@ fn strokes(
             Err(why) => {
                 state.label = format!("NOT an equilibrium, on the way to state {k}");
                 states.push(state);
-                return Err(format!("state {k} of {}, {stroke} mm along the stroke: {}", strokes.len() - 1, advice(&why)));
+                return Err(format!(
+                    "state {k} of {}, {stroke} mm along the stroke: {}",
+                    strokes.len() - 1,
+                    advice(&why)
+                ));
             }
         }
     }
@@ -111,57 +116,12 @@ fn advice(why: &NoEquilibrium) -> String {
     let what = match why {
         NoEquilibrium::TooDeep { .. } => "Use a smaller tube.step",
         NoEquilibrium::TooCoarse { .. } => "Use smaller cubes at the tube: organs.cubes, levels and within",
-        NoEquilibrium::Search { .. } => "Use a smaller tube.step or stroke, smaller cubes at the tube, or raise search.most_steps",
+        NoEquilibrium::Search { .. } => {
+            "Use a smaller tube.step or stroke, smaller cubes at the tube, or raise search.most_steps"
+        }
         _ => "Use a smaller tube.step or stroke, or smaller cubes at the tube",
     };
     format!("{why}. {what}")
-}
-
-/// Searches with the memory of those before.
-struct Search {
-    newton: Newton,
-    a: Vec<f64>,
-    /// The stroke of the last equilibrium, and that where the tube is.
-    done: f64,
-    stroke: f64,
-}
-
-impl Search {
-    /// The equilibrium with the tip at a stroke, and in how many parts it was reached. Where a step fails it goes on from the last
-    /// equilibrium by half of the way.
-    fn to(&mut self, model: &mut Model, stroke: f64) -> Result<(Equilibrium, usize), NoEquilibrium> {
-        let (mut part, mut parts, mut halved) = (stroke - self.done, 0, 0);
-        loop {
-            let next = if self.done + 1.001 * part >= stroke { stroke } else { self.done + part };
-            let kept = (self.a.clone(), model.system.tubes.clone());
-            match self.settle(model, next) {
-                Ok(mut found) => {
-                    parts += 1;
-                    self.done = next;
-                    if next == stroke {
-                        found.1 = parts;
-                        return Ok(found);
-                    }
-                }
-                Err(why) if halved == HALVINGS => return Err(why),
-                Err(_) => {
-                    (self.a, model.system.tubes) = kept;
-                    halved += 1;
-                    part *= 0.5;
-                }
-            }
-        }
-    }
-
-    fn settle(&mut self, model: &mut Model, stroke: f64) -> Result<(Equilibrium, usize), NoEquilibrium> {
-        self.stroke = stroke;
-        // The numbers of a checked way make a tube.
-        if let Ok(tube) = model.way.tube(model.free + stroke) {
-            model.system.tubes.iter_mut().for_each(|contact| contact.move_to(tube.clone()));
-        }
-        let found = settle(&mut model.system, &mut self.newton, &mut self.a, &Tolerance::default())?;
-        Ok((found, 1))
-    }
 }
 
 impl Run {
@@ -252,7 +212,12 @@ fn balance(model: &Model, a: &[f64], on_tube: &Vector3<f64>) -> f64 {
     if system.gradient(a, &mut gradient).is_none() {
         return f64::NAN;
     }
-    for (k, (force, _)) in gradient.iter().zip(&system.fixed).enumerate().filter(|(_, (_, fixed))| **fixed) {
+    for (k, (force, _)) in gradient
+        .iter()
+        .zip(&system.fixed)
+        .enumerate()
+        .filter(|(_, (_, fixed))| **fixed)
+    {
         sum[k % 3] += force;
     }
     beside(sum.norm(), on_tube.norm())

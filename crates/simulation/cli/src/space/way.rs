@@ -39,11 +39,16 @@ impl Way {
     /// # Errors
     /// [`TubeError`], of numbers that no checked scene has.
     pub(super) fn tube(&self, gone: f64) -> Result<Tube, TubeError> {
-        Tube::straight(Point3::from(self.middle(gone)), -self.direction, self.length, self.radius)
+        Tube::straight(
+            Point3::from(self.middle(gone)),
+            -self.direction,
+            self.length,
+            self.radius,
+        )
     }
 
     /// The distance of a place from the axis of the way, between the entry and what is `beyond` it.
-    pub(super) fn from_axis(&self, at: &Vector3<f64>, beyond: f64) -> f64 {
+    pub(super) fn off_axis(&self, at: &Vector3<f64>, beyond: f64) -> f64 {
         let along = (at - self.entry).dot(&self.direction).clamp(-self.length, beyond);
         (at - self.tip(along)).norm()
     }
@@ -54,7 +59,9 @@ impl Way {
         let corners = organ.corners;
         let longest = (corners[0] - self.entry).norm() + (corners[1] - corners[0]).norm();
         let steps = (longest / LOOK).min(MOST_LOOKS) as usize;
-        let entered = (0..steps).map(|k| k as f64 * LOOK).find(|gone| organ.value(&self.tip(*gone)) < 0.0);
+        let entered = (0..steps)
+            .map(|k| k as f64 * LOOK)
+            .find(|gone| organ.value(&self.tip(*gone)) < 0.0);
         entered.map_or(f64::INFINITY, |gone| gone + self.stroke)
     }
 

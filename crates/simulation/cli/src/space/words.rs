@@ -19,7 +19,11 @@ fn line(text: &mut String, head: &str, words: &str) {
 /// The scene alone, where its label map is not read.
 pub(super) fn planned(title: &str, plan: &Plan) -> String {
     let mut text = format!("{title}\n");
-    line(&mut text, "space", "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight");
+    line(
+        &mut text,
+        "space",
+        "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight",
+    );
     line(&mut text, "unknowns", "not counted: the label map is not read");
     for organ in &plan.organs {
         line(&mut text, "organ", &format!("{}: label {}", organ.name, organ.label));
@@ -32,8 +36,16 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     let mut text = format!("{title}\n");
     let [all, free] = model.unknowns();
     let ([a, b, c], s) = (labels.size, labels.spacing);
-    line(&mut text, "space", "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight");
-    line(&mut text, "labels", &format!("{path}: {a} x {b} x {c} voxels of {} x {} x {} mm", s.x, s.y, s.z));
+    line(
+        &mut text,
+        "space",
+        "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight",
+    );
+    line(
+        &mut text,
+        "labels",
+        &format!("{path}: {a} x {b} x {c} voxels of {} x {} x {} mm", s.x, s.y, s.z),
+    );
     line(&mut text, "unknowns", &format!("{all}, of which {free} free"));
     for (body, organ) in model.bodies.iter().zip(&plan.organs) {
         let facts = &body.facts;
@@ -65,8 +77,16 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
         let name = &model.bodies[held.body].name;
         let words = match held.how {
             How::Nodes(count) => format!("{name}: {count} nodes keep their place ({})", held.by),
-            How::Springs { points, area, stiffness, .. } => {
-                format!("{name}: springs of {stiffness:.3e} N/mm3 at {points} points, {area:.0} mm2 ({})", held.by)
+            How::Springs {
+                points,
+                area,
+                stiffness,
+                ..
+            } => {
+                format!(
+                    "{name}: springs of {stiffness:.3e} N/mm3 at {points} points, {area:.0} mm2 ({})",
+                    held.by
+                )
             }
         };
         line(&mut text, "held", &words);
@@ -92,13 +112,17 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
 
 /// What a person might take for modelled and is not.
 pub(super) fn not_modelled(plan: &Plan, labels: &Labels, model: &Model) -> Vec<String> {
-    let mut all = vec!["friction, weight, blood, cutting, and the tissue around the organs but for its springs".to_owned()];
+    let mut all =
+        vec!["friction, weight, blood, cutting, and the tissue around the organs but for its springs".to_owned()];
     if model.bodies.len() > 1 {
         all.push("contact of organs with one another: they pass through one another".to_owned());
     }
     if !plan.rigid.is_empty() {
         let names: Vec<&str> = plan.rigid.iter().map(|r| r.name.as_str()).collect();
-        all.push(format!("contact with what is rigid ({}): it holds and is no obstacle, to organs and tube", names.join(", ")));
+        all.push(format!(
+            "contact with what is rigid ({}): it holds and is no obstacle, to organs and tube",
+            names.join(", ")
+        ));
     }
     let others = passed(plan, labels, model);
     if !others.is_empty() {
@@ -129,11 +153,13 @@ fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
 /// What a whole run says: the worst of each number.
 pub(super) fn found(run: &Run) -> String {
     let all = || run.states.iter().filter_map(|s| s.found.as_ref().map(|f| (s, f)));
-    let most = all().map(|(_, f)| super::run::beside(f.residual, f.load)).fold(0.0, f64::max);
+    let most = all()
+        .map(|(_, f)| super::run::beside(f.residual, f.load))
+        .fold(0.0, f64::max);
     let depth = all().map(|(_, f)| f.depth).fold(0.0, f64::max);
     let least = all().map(|(_, f)| f.least_determinant).fold(f64::INFINITY, f64::min);
     let balance = all().map(|(s, _)| s.balance).fold(0.0, f64::max);
-    let force = all().last().map_or(0.0, |(s, _)| s.on_tube.force.norm());
+    let force = all().next_back().map_or(0.0, |(s, _)| s.on_tube.force.norm());
     format!(
         "{} equilibria: free force up to {most:.1e} of the load, depth up to {depth:.1e} mm, balance to {balance:.1e}, least det F {least:.3}; last force {force:.4} N, its error not known",
         all().count()

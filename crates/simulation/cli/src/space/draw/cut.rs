@@ -66,7 +66,9 @@ impl Cut {
         };
         for (lattice, moved) in organs {
             let mut mine = vec![None; count];
-            slice(plane, labels, lattice, moved, &mut |corners| fill(size, corners, &mut mine));
+            slice(plane, labels, lattice, moved, &mut |corners| {
+                fill(size, corners, &mut mine)
+            });
             for (pixel, found) in cut.pixels.iter_mut().zip(mine) {
                 *pixel = match (found, *pixel) {
                     (None, before) => before,
@@ -156,7 +158,11 @@ fn piece(corners: &[(Corner, f64); 4], each: &mut dyn FnMut([Corner; 3])) {
     };
     match (above.as_slice(), below.as_slice()) {
         ([one], three @ [_, _, _]) | (three @ [_, _, _], [one]) => {
-            each([between(one, &three[0]), between(one, &three[1]), between(one, &three[2])]);
+            each([
+                between(one, &three[0]),
+                between(one, &three[1]),
+                between(one, &three[2]),
+            ]);
         }
         ([a, b], [c, d]) => {
             let (ac, ad, bc, bd) = (between(a, c), between(a, d), between(b, c), between(b, d));

@@ -26,16 +26,38 @@ pub(super) fn sides(canvas: &mut Canvas, plane: &SlicePlane, corner: [f64; 2], s
     let (size, inset) = if small { (13.0, 9.0) } else { (19.0, 14.0) };
     let (right, down) = (plane.right(), plane.down());
     let at = |x: f64, y: f64| [corner[0] + x, corner[1] + y];
-    canvas.text(at(width - inset, 0.5 * height), &letters(right), size, WORDS, Anchor::Right);
+    canvas.text(
+        at(width - inset, 0.5 * height),
+        &letters(right),
+        size,
+        WORDS,
+        Anchor::Right,
+    );
     canvas.text(at(inset, 0.5 * height), &letters(-right), size, WORDS, Anchor::Left);
-    canvas.text(at(0.5 * width, height - inset), &letters(down), size, WORDS, Anchor::Centre);
+    canvas.text(
+        at(0.5 * width, height - inset),
+        &letters(down),
+        size,
+        WORDS,
+        Anchor::Centre,
+    );
     canvas.text(at(0.5 * width, inset), &letters(-down), size, WORDS, Anchor::Centre);
     let length = round_length(width * plane.pixel_mm());
     let pixels = length / plane.pixel_mm();
     let foot = height - inset;
-    canvas.line(at(inset, foot), at(inset + pixels, foot), Line::solid(WORDS, 2.0).with_rim(1.0));
+    canvas.line(
+        at(inset, foot),
+        at(inset + pixels, foot),
+        Line::solid(WORDS, 2.0).with_rim(1.0),
+    );
     let text = format!("{} mm", short(length));
-    canvas.text(at(inset + pixels + 6.0, foot), &text, if small { 11.0 } else { 13.0 }, WORDS, Anchor::Left);
+    canvas.text(
+        at(inset + pixels + 6.0, foot),
+        &text,
+        if small { 11.0 } else { 13.0 },
+        WORDS,
+        Anchor::Left,
+    );
 }
 
 /// A bar of colours from `top` to `bottom` at `left`.

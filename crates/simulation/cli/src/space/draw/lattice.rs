@@ -8,6 +8,9 @@ use super::super::model::Body;
 use super::super::raw::RawSpaceField;
 use super::skin::{Samples, displacement};
 
+/// Free nodes, with weights, whose weighted displacements are a place's.
+type Row = Vec<(u32, f64)>;
+
 /// An organ on a lattice of places.
 #[derive(Debug, Clone)]
 pub(super) struct Lattice {
@@ -17,7 +20,7 @@ pub(super) struct Lattice {
     /// Cells with a corner inside, by the number of their first corner.
     pub(super) cells: Vec<usize>,
     /// Corners of cells, with what moves them; `None` where a corner lies outside all cubes.
-    nodes: Vec<(usize, Option<Vec<(u32, f64)>>)>,
+    nodes: Vec<(usize, Option<Row>)>,
     material: Material,
 }
 
@@ -32,7 +35,9 @@ pub(super) struct Moved {
 
 impl Lattice {
     pub(super) fn new(body: &Body, material: Material, samples: Samples) -> Self {
-        let values: Vec<f64> = (0..samples.len()).map(|n| body.field.value(&samples.place(n))).collect();
+        let values: Vec<f64> = (0..samples.len())
+            .map(|n| body.field.value(&samples.place(n)))
+            .collect();
         let mut cells = Vec::new();
         let mut wanted = vec![false; samples.len()];
         for n in 0..samples.len() {

@@ -84,9 +84,18 @@ pub(super) fn draw(
     tube.ball(place(0.0), way.radius, 0);
     buffer.draw(&tube, camera, &[TUBE]);
     let Rgb(r, g, b) = super::cut::NOTHING;
-    let rgba: Vec<u8> = buffer.depths().iter().zip(buffer.colours()).flat_map(|(depth, [red, green, blue])| {
-        if depth.is_finite() { [*red, *green, *blue, 255] } else { [r, g, b, 255] }
-    }).collect();
+    let rgba: Vec<u8> = buffer
+        .depths()
+        .iter()
+        .zip(buffer.colours())
+        .flat_map(|(depth, [red, green, blue])| {
+            if depth.is_finite() {
+                [*red, *green, *blue, 255]
+            } else {
+                [r, g, b, 255]
+            }
+        })
+        .collect();
     canvas.paste(&rgba, camera.size()[0], corner[0], corner[1]);
     let small = camera.size()[0] < 400;
     frame::sides(canvas, camera, corner.map(f64::from), small);

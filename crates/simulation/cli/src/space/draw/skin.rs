@@ -52,7 +52,11 @@ impl Samples {
     }
 
     pub(super) fn at(&self, n: usize) -> [usize; 3] {
-        [n % self.size[0], n / self.size[0] % self.size[1], n / self.size[0] / self.size[1]]
+        [
+            n % self.size[0],
+            n / self.size[0] % self.size[1],
+            n / self.size[0] / self.size[1],
+        ]
     }
 
     /// In the label map's axes.
@@ -79,7 +83,9 @@ impl Skin {
         let found = extract(&lattice, |z, out, _| {
             let from = z as usize * layer;
             // Inside is where the field is negative.
-            out.iter_mut().zip(&values[from..from + layer]).for_each(|(out, value)| *out = -value as f32);
+            out.iter_mut()
+                .zip(&values[from..from + layer])
+                .for_each(|(out, value)| *out = -value as f32);
             Ok(())
         });
         let found = found.unwrap_or_default();
@@ -104,7 +110,9 @@ impl Skin {
     /// The largest and smallest corner of all places at rest.
     pub(super) fn bounds(&self) -> [Vector3<f64>; 2] {
         let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
-        self.places.iter().fold(none, |[low, high], p| [low.inf(p), high.sup(p)])
+        self.places
+            .iter()
+            .fold(none, |[low, high], p| [low.inf(p), high.sup(p)])
     }
 }
 

@@ -15,7 +15,11 @@ fn header(size: [usize; 3], rows: [[f32; 4]; 3]) -> Vec<u8> {
     put(70, &2_i16.to_le_bytes());
     put(72, &8_i16.to_le_bytes());
     for k in 0..4 {
-        let length = if k == 0 { 1.0 } else { (0..3).map(|r| rows[r][k - 1].powi(2)).sum::<f32>().sqrt() };
+        let length = if k == 0 {
+            1.0
+        } else {
+            (0..3).map(|r| rows[r][k - 1].powi(2)).sum::<f32>().sqrt()
+        };
         put(76 + 4 * k, &length.to_le_bytes());
     }
     put(108, &352_f32.to_le_bytes());
@@ -31,20 +35,20 @@ fn header(size: [usize; 3], rows: [[f32; 4]; 3]) -> Vec<u8> {
 }
 
 /// Where a ball lies in the patient, LPS mm, and its radius.
-pub(super) const BALL: ([f64; 3], f64) = ([10.0, -20.0, 30.0], 20.0);
+pub(in super::super) const BALL: ([f64; 3], f64) = ([10.0, -20.0, 30.0], 20.0);
 /// A layer of label 3 lies this far behind its middle (to the patient's back), mm, and is so thick.
-pub(super) const FLOOR: [f64; 2] = [20.0, 9.0];
+pub(in super::super) const FLOOR: [f64; 2] = [20.0, 9.0];
 /// Voxels of the map along each axis.
-pub(super) const SIZE: [usize; 3] = [30, 32, 28];
+pub(in super::super) const SIZE: [usize; 3] = [30, 32, 28];
 
 /// What a place is labelled, from the middle of the ball.
-pub(super) fn label(from: &Vector3<f64>) -> u8 {
+pub(in super::super) fn label(from: &Vector3<f64>) -> u8 {
     let floor = (FLOOR[0]..FLOOR[0] + FLOOR[1]).contains(&from.y);
     if from.norm() < BALL.1 { 1 } else { 3 * u8::from(floor) }
 }
 
 /// Voxels of 3 mm along axes that `turn` takes to LPS; `skew` of the second axis leans towards the first.
-pub(super) fn write(path: &Path, turn: &Matrix3<f64>, skew: f64) {
+pub(in super::super) fn write(path: &Path, turn: &Matrix3<f64>, skew: f64) {
     let (size, spacing) = (SIZE, 3.0);
     let mut steps = turn * spacing;
     let first = steps.column(0).into_owned();
@@ -65,7 +69,7 @@ pub(super) fn write(path: &Path, turn: &Matrix3<f64>, skew: f64) {
 }
 
 /// A scene of the ball, pushed to the back onto a floor.
-pub(super) const SCENE: &str = r#"
+pub(in super::super) const SCENE: &str = r#"
 title = "a ball"
 units = { length = "mm", stress = "N/mm2" }
 
@@ -106,7 +110,7 @@ step = 2.0
 "#;
 
 /// A folder with the map, and the scene's path in it.
-pub(super) fn folder(turn: &Matrix3<f64>, skew: f64) -> (tempfile::TempDir, PathBuf) {
+pub(in super::super) fn folder(turn: &Matrix3<f64>, skew: f64) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     write(&folder.path().join("ball.nii"), turn, skew);
     let path = folder.path().join("ball.toml");

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::super::Space;
-use super::read;
+use super::READ;
 
 /// The shipped scene where its label map is there; else says why not.
 fn kidney() -> Option<Space> {
@@ -14,10 +14,13 @@ fn kidney() -> Option<Space> {
     let folder = path.parent().unwrap().join("../../../shared");
     let map = shared.unwrap_or(folder).join(map);
     if !map.is_file() {
-        println!("skipped: config/solids/kidney.toml needs {}, which is not there", map.display());
+        println!(
+            "skipped: config/solids/kidney.toml needs {}, which is not there",
+            map.display()
+        );
         return None;
     }
-    Some(Space::new(text, &path, Some(&map), read).unwrap())
+    Some(Space::new(text, &path, Some(&map), READ).unwrap())
 }
 
 #[test]
