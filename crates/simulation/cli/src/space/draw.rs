@@ -104,19 +104,18 @@ impl<'a> Album<'a> {
         self.whole.model.way.tube(self.gone(state)).ok()
     }
 
-    /// Two axes of each of three cuts: along the tube twice, its tip down, and across it as it looks ahead.
+    /// Two axes of each of three cuts: along the tube twice, its tip down, and across it, the head up, as it looks ahead.
     fn axes(&self) -> [[Vector3<f64>; 2]; 3] {
         let along = self.whole.plan.way.direction;
-        let beside = if along.x.abs() < 0.9 {
-            Vector3::x()
+        // A tube from above or below has no head up across it: there the front is.
+        let above = if along.z.abs() < 0.9 {
+            Vector3::z()
         } else {
-            Vector3::y()
+            -Vector3::y()
         };
-        let right = (beside - along * beside.dot(&along))
-            .try_normalize(0.0)
-            .unwrap_or(beside);
-        let other = along.cross(&right);
-        [[right, along], [other, along], [right, other]]
+        let up = (above - along * above.dot(&along)).try_normalize(0.0).unwrap_or(above);
+        let right = along.cross(&up);
+        [[right, along], [up, along], [right, -up]]
     }
 
     fn cut(&self, state: &State, moved: &[Moved], which: usize, side: u32) -> Option<(Cut, SlicePlane)> {
@@ -183,7 +182,7 @@ impl<'a> Album<'a> {
             (cut::LEFT[0], "hatched: was organ at rest, nothing is known of it now"),
             (cut::RIGID, "named rigid: holds, is no obstacle"),
             (cut::OTHER, "other labels: not modelled, drawn at rest"),
-            (cut::OVERLAP, "organs overlap"),
+            (cut::OVERLAP, "overlap: of organs, or with the tube"),
             (cut::TUBE, "tube"),
         ];
         frame::legend(&mut canvas, [10.0, f64::from(SIDE) + 122.0], &all);

@@ -17,7 +17,7 @@ use crate::draw::colour::Ramp;
 pub(super) enum Pixel {
     /// An organ, with what is shown there.
     Organ(f64),
-    /// Two organs at one place: they pass through one another.
+    /// Two organs at one place, which pass through one another; or an organ and the tube, where forces do not balance.
     Overlap,
     Tube,
     /// What the scene names rigid.
@@ -39,6 +39,9 @@ pub(super) struct Cut {
 
 /// A corner of a piece of a plane: where on it, the organ's field and what is shown.
 type Corner = ([f64; 2], f64, f64);
+
+/// Tissue so deep in the tube is shown as that, mm: places between those of a lattice are known to less.
+const SEEN: f64 = 0.5;
 
 /// Colours of what has no field.
 pub(super) const RIGID: Rgb = Rgb(150, 150, 140);
@@ -80,10 +83,11 @@ impl Cut {
         for n in 0..count {
             let at = plane.point((n % size[0]) as f64, (n / size[0]) as f64).mm();
             let own = labels.own(&Vector3::from(at));
-            let in_tube = tube.signed_distance(&own).value < 0.0;
+            let from_tube = tube.signed_distance(&own).value;
             cut.at_rest[n] = model.bodies.iter().any(|b| b.field.value(&own) < 0.0);
             cut.pixels[n] = match cut.pixels[n] {
-                Pixel::Nothing if in_tube => Pixel::Tube,
+                Pixel::Nothing if from_tube < 0.0 => Pixel::Tube,
+                Pixel::Organ(_) if from_tube < -SEEN => Pixel::Overlap,
                 Pixel::Nothing if cut.at_rest[n] => Pixel::Left,
                 Pixel::Nothing => background(plan, labels.at(&own)),
                 organ => organ,
