@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::support::{World, stderr, stdout};
+use crate::support::{World, shared, stderr, stdout};
 use serde_json::Value;
 
 fn scenes() -> PathBuf {
@@ -59,13 +59,48 @@ fn every_scene_is_checked_and_says_what_it_is_for() {
         let path = entry.unwrap().path();
         let text = fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("# "), "{} does not say what it is for", path.display());
-        let output = world.output("simulate", &["check", &path.to_string_lossy()]);
+        let scene = path.to_string_lossy().into_owned();
+        let mut arguments = vec!["check", &scene];
+        let is_of_space = text.contains("\n[space]");
+        // Its label map is not part of the project.
+        let map = is_of_space.then(|| shared("data/ct-abdopelvis-nifti/example_seg_fast_force_split.nii.gz"));
+        let map = map.flatten().map(|map| map.to_string_lossy().into_owned());
+        match &map {
+            Some(map) => arguments.extend(["--labels", map]),
+            None if is_of_space => continue,
+            None => {}
+        }
+        let output = world.output("simulate", &arguments);
         assert!(output.status.success(), "{}", stderr(&output));
         let words = stdout(&output);
-        assert!(words.contains("unknowns") && words.contains("solid "), "{words}");
+        let what = if is_of_space { "organ " } else { "solid " };
+        assert!(words.contains("unknowns") && words.contains(what), "{words}");
         found += 1;
     }
     assert!(found >= 15, "{found} scenes");
+}
+
+#[test]
+fn a_scene_in_space_without_its_label_map_says_how_to_get_it() {
+    let world = World::new();
+    let kidney = scene("kidney.toml");
+    let output = world.output("simulate", &["check", &kidney, "--labels", "/no/such.nii.gz"]);
+    assert_eq!(output.status.code(), Some(1));
+    for words in [
+        "key space.labels",
+        "/no/such.nii.gz",
+        "--labels FILE",
+        "TotalSegmentator",
+    ] {
+        assert!(
+            stderr(&output).contains(words),
+            "{words:?} is not in: {}",
+            stderr(&output)
+        );
+    }
+    let output = world.output("simulate", &["check", &scene("tube.toml"), "--labels", "a.nii"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("scenes in space"), "{}", stderr(&output));
 }
 
 #[test]

@@ -107,6 +107,18 @@ pub fn load_labels(
     })
 }
 
+/// Reads a label map beside no examination: each voxel as it stands in the file.
+///
+/// # Errors
+/// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
+pub fn load_label_map(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
+    let (source, _) = open_labels(path, None)?;
+    for warning in source.facts().warnings {
+        bus::stderr_line!("label map {}: {warning}", path.display());
+    }
+    Ok(labels_in(source)?)
+}
+
 /// Opens a label map; with `examination` it is refused where it is known to be of another. With whether it says to be in its frame.
 ///
 /// # Errors

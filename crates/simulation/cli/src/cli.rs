@@ -8,10 +8,11 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::model::Model;
 use crate::output::{self, Plan};
-use crate::scene::Source;
+use crate::scene::{Source, is_of_space, read};
+use crate::space::{ReadLabels, Space};
 use crate::{run, words};
 
-/// Finds equilibria of rigid and deformable solids in the plane.
+/// Finds equilibria of rigid and deformable solids: in the plane, or organs of a label map that a tube pushes.
 #[derive(Debug, Parser)]
 #[command(name = "simulate", version, after_help = TOP_HELP)]
 struct Cli {
@@ -24,6 +25,7 @@ Examples:
   simulate check config/solids/figure-40.toml
   simulate run config/solids/figure-40.toml --out out/figure-40
   simulate run config/solids/tube.toml --out out/tube
+  simulate run config/solids/kidney.toml --out out/kidney
 
 Scenes are described in docs/simulate.md.";
 
@@ -34,19 +36,24 @@ Writes into DIR:
   result.json                             every state: certificate, steps, times, least det F, contact forces, the force
                                           on each wall and each instrument, and how far each was moved
 
+Of a scene in space: start.png, shape.png and cuts.png (three cuts through the tube's tip), strip.png, film.png, and in
+result.json force and moment on the tube in every state.
+
 A line for each state goes to stderr. Exit code 1 where an equilibrium is not found; what was found until then is written
 all the same, and result.json says why (key refused).
 
 Examples:
   simulate run config/solids/figure-37.toml --out out/figure-37
-  simulate run config/solids/figure-36.toml --out out/figure-36 --overwrite --quiet";
+  simulate run config/solids/figure-36.toml --out out/figure-36 --overwrite --quiet
+  simulate run config/solids/kidney.toml --out out/kidney --labels segmentation.nii.gz";
 
 const CHECK_HELP: &str = "\
 Reads and checks everything that a run would, overlaps at the start included, and says what is modelled: solids, unknowns,
-walls, links, contact, steps. What it does not name is not modelled.
+walls, links, contact, steps. What it does not name is not modelled. Of a scene in space the label map is read and meshed.
 
-Example:
-  simulate check config/solids/tube.toml";
+Examples:
+  simulate check config/solids/tube.toml
+  simulate check config/solids/kidney.toml --labels segmentation.nii.gz";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -71,12 +78,18 @@ struct RunArgs {
     /// No line for each state
     #[arg(long)]
     quiet: bool,
+    /// The label map of a scene in space, instead of the one that it names
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
 struct CheckArgs {
     /// The scene file
     scene: PathBuf,
+    /// The label map of a scene in space, instead of the one that it names
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
 }
 
 /// The command line, for manual pages and completions.
@@ -84,11 +97,11 @@ pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
 
-/// Runs the `simulate` command line of this process.
-pub fn main() -> ExitCode {
+/// Runs the `simulate` command line of this process; `read_labels` reads the label maps of scenes in space.
+pub fn main(read_labels: ReadLabels) -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Run(args) => simulate(&args),
-        Command::Check(args) => checked(&args.scene).map(|(source, model, _)| words::described(&source.scene, &model)),
+        Command::Run(args) => simulate(&args, read_labels),
+        Command::Check(args) => check(&args, read_labels),
     };
     match done {
         Ok(text) => {
@@ -108,14 +121,38 @@ fn say(words: &str) {
     let _ = std::io::stderr().write_all(format!("simulate: {words}\n").as_bytes());
 }
 
-fn checked(path: &Path) -> Result<(Source, Model, Plan), String> {
+/// A scene of either kind with what it describes.
+enum Scene {
+    Plane(Box<(Source, Model, Plan)>),
+    Space(Box<Space>),
+}
+
+fn checked(path: &Path, labels: Option<&Path>, read_labels: ReadLabels) -> Result<Scene, String> {
     let shipped = ::scene::shipped::instead_of(path);
     if let Some(shipped) = &shipped {
         say(&format!("{}: the shipped scene {}", path.display(), shipped.display()));
     }
-    let source = Source::load(shipped.as_deref().unwrap_or(path)).map_err(|error| error.to_string())?;
+    let path = shipped.as_deref().unwrap_or(path);
+    let text = read(path).map_err(|error| error.to_string())?;
+    if is_of_space(&text) {
+        return Ok(Scene::Space(Box::new(Space::new(text, path, labels, read_labels)?)));
+    }
+    if labels.is_some() {
+        return Err(format!(
+            "{}: --labels is for scenes in space, which have a table [space]",
+            path.display()
+        ));
+    }
+    let source = Source::parse(text, path).map_err(|error| error.to_string())?;
     let (model, plan) = modelled(&source)?;
-    Ok((source, model, plan))
+    Ok(Scene::Plane(Box::new((source, model, plan))))
+}
+
+fn check(args: &CheckArgs, read_labels: ReadLabels) -> Result<String, String> {
+    Ok(match checked(&args.scene, args.labels.as_deref(), read_labels)? {
+        Scene::Plane(plane) => words::described(&plane.0.scene, &plane.1),
+        Scene::Space(space) => space.described(),
+    })
 }
 
 /// What a scene models and draws, or what is wrong with it.
@@ -125,13 +162,17 @@ pub(crate) fn modelled(source: &Source) -> Result<(Model, Plan), String> {
     Ok((model, plan))
 }
 
-fn simulate(args: &RunArgs) -> Result<String, String> {
-    let (source, mut model, plan) = checked(&args.scene)?;
+fn simulate(args: &RunArgs, read_labels: ReadLabels) -> Result<String, String> {
+    let scene = checked(&args.scene, args.labels.as_deref(), read_labels)?;
     output::folder(&args.out, args.overwrite).map_err(|error| error.to_string())?;
     let mut tell = |line: &str| {
         if !args.quiet {
             say(line);
         }
+    };
+    let (source, mut model, plan) = match scene {
+        Scene::Plane(plane) => *plane,
+        Scene::Space(space) => return space.run(&args.out, &mut tell),
     };
     let found = run::run(&mut model, &source.scene.search, &mut tell);
     let pictures = output::write(&source.scene, &model, &found, &plan, &args.out).map_err(|error| error.to_string())?;

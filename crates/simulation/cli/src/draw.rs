@@ -2,11 +2,11 @@
 //!
 //! All is drawn in negative on black and inverted at the end, so that the dark rim of text becomes a white one.
 
-mod colour;
+pub(crate) mod colour;
 mod field;
 mod marks;
-mod sheet;
-mod view;
+pub(crate) mod sheet;
+pub(crate) mod view;
 
 mod fill;
 

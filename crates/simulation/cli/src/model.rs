@@ -180,14 +180,14 @@ fn kept(model: &Model) -> Checked<()> {
 }
 
 /// A title fits above a picture.
-fn title(text: &str) -> Checked<()> {
+pub(crate) fn title(text: &str) -> Checked<()> {
     let good = (1..=100).contains(&text.chars().count()) && !text.chars().any(char::is_control);
     good.then_some(())
         .ok_or_else(|| invalid("title", format!("{text:?}"), "1 to 100 characters on one line"))
 }
 
 /// Names are short, and each stands once.
-fn names<'a>(table: &str, all: impl Iterator<Item = &'a str>) -> Checked<()> {
+pub(crate) fn names<'a>(table: &str, all: impl Iterator<Item = &'a str>) -> Checked<()> {
     let mut seen = std::collections::BTreeSet::new();
     for (k, name) in all.enumerate() {
         let key = format!("{table}.{k}.name");

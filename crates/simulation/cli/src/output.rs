@@ -15,9 +15,9 @@ use crate::scene::raw::{RawField, RawOutput, RawScene};
 use crate::scene::{Checked, named, pair, positive, within};
 
 /// Frames of an animation, at most.
-const MOST_FRAMES: usize = 60;
+pub(crate) const MOST_FRAMES: usize = 60;
 /// How long each is shown.
-const FRAME_MS: u16 = 80;
+pub(crate) const FRAME_MS: u16 = 80;
 
 /// What can go wrong with the folder.
 #[derive(Debug, thiserror::Error)]
@@ -173,12 +173,6 @@ impl<'a> Album<'a> {
     }
 
     fn png(&mut self, name: &str, canvas: &Canvas, label: &str) -> Result<(), PngError> {
-        // PNG texts are Latin-1.
-        let latin = |text: &str| {
-            text.chars()
-                .map(|c| if u32::from(c) < 256 { c } else { '?' })
-                .collect::<String>()
-        };
         let texts = [("Title", latin(&self.scene.title)), ("State", latin(label))];
         write_png(&self.out.join(name), canvas, &texts)?;
         self.pictures.push(name.to_owned());
@@ -186,8 +180,13 @@ impl<'a> Album<'a> {
     }
 }
 
+/// PNG texts are Latin-1.
+pub(crate) fn latin(text: &str) -> String {
+    text.chars().map(|c| if u32::from(c) < 256 { c } else { '?' }).collect()
+}
+
 /// Writes the report under a temporary name and renames it.
-fn json(report: &Report<'_>, path: &Path) -> Result<(), OutputError> {
+pub(crate) fn json(report: &impl serde::Serialize, path: &Path) -> Result<(), OutputError> {
     let part = path.with_extension("json.part");
     let text = serde_json::to_string_pretty(report).map_err(io::Error::other);
     let written = text

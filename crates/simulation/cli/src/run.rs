@@ -17,6 +17,7 @@ mod tests;
 pub(crate) use certificate::State;
 pub(crate) use contact::Contact;
 pub(crate) use criteria::Measures;
+pub(crate) use stopwatch::Stopwatch;
 
 use crate::model::Model;
 use crate::scene::raw::RawSearch;

@@ -32,16 +32,22 @@ pub(crate) fn strip(model: &Model, states: &[State], spec: &Spec<'_>, most: usiz
         small: true,
         ..*spec
     };
-    let columns = shown.len().clamp(1, ROW);
-    let rows = shown.len().div_ceil(columns).max(1);
+    let pictures: Vec<Canvas> = shown.into_iter().map(|k| state(model, &states[k], &small)).collect();
+    grid(&pictures, ROW)
+}
+
+/// Pictures of one size row after row, at most `row` in each.
+pub(crate) fn grid(pictures: &[Canvas], row: usize) -> Canvas {
+    let (width, height) = pictures.first().map_or((1, 1), |p| (p.width(), p.height()));
+    let columns = pictures.len().clamp(1, row);
+    let rows = pictures.len().div_ceil(columns).max(1);
     let side = |count: usize, length: u32| GAP + count as u32 * (length + GAP);
     let mut sheet = Canvas::new(side(columns, width), side(rows, height));
     sheet
         .rgba_mut()
         .chunks_exact_mut(4)
         .for_each(|p| p.copy_from_slice(&[205, 205, 205, 255]));
-    for (k, index) in shown.into_iter().enumerate() {
-        let picture = state(model, &states[index], &small);
+    for (k, picture) in pictures.iter().enumerate() {
         let corner = [side(k % columns, width), side(k / columns, height)];
         sheet.paste(picture.rgba(), picture.width(), corner[0], corner[1]);
     }

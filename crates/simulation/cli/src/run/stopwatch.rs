@@ -4,10 +4,10 @@ use std::time::Instant;
 
 /// Runs from the moment it is made.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Stopwatch(Instant);
+pub(crate) struct Stopwatch(Instant);
 
 impl Stopwatch {
-    pub(super) fn start() -> Self {
+    pub(crate) fn start() -> Self {
         #[allow(
             clippy::disallowed_methods,
             reason = "a duration for people; nothing is stamped or decided by it"
@@ -16,7 +16,7 @@ impl Stopwatch {
     }
 
     /// Milliseconds so far.
-    pub(super) fn ms(self) -> f64 {
+    pub(crate) fn ms(self) -> f64 {
         self.0.elapsed().as_secs_f64() * 1e3
     }
 }

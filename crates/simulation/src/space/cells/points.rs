@@ -17,11 +17,22 @@ impl Mesh {
         Some(self.row_in(number, at))
     }
 
+    /// Free nodes with the derivatives of their weights in a place's displacement by the reference position. `None` outside all
+    /// cubes.
+    pub fn slopes_at(&self, at: &Vector3<f64>) -> Option<Vec<(u32, Vector3<f64>)>> {
+        let cell = self.grid.containing(at)?;
+        let number = self.cells.binary_search(&cell).ok()?;
+        Some(self.slopes_in(number, at))
+    }
+
     /// Free nodes with the derivatives of their weights in a point's displacement by the reference position.
     pub fn slopes(&self, point: &VolumePoint) -> Vec<(u32, Vector3<f64>)> {
-        let cell = point.cell as usize;
+        self.slopes_in(point.cell as usize, &point.at)
+    }
+
+    fn slopes_in(&self, cell: usize, at: &Vector3<f64>) -> Vec<(u32, Vector3<f64>)> {
         let scale = 2.0 / self.grid.length(self.cells[cell].span);
-        let slopes = gradients(self.order, self.grid.local(&self.cells[cell], &point.at));
+        let slopes = gradients(self.order, self.grid.local(&self.cells[cell], at));
         let mut sum: BTreeMap<u32, Vector3<f64>> = BTreeMap::new();
         for (node, slope) in self.ties.of_cell[cell].iter().zip(slopes) {
             for (free, part) in &self.ties.ties[*node as usize] {

@@ -1,0 +1,156 @@
+//! What holds the organs: fixed nodes, ties to what is rigid, and the soft bath around the rest.
+//!
+//! A term for sliding contact with bone or between organs would be made here from a table of its own, and pushed to
+//! `System::others` with the springs.
+
+use nalgebra::Vector3;
+use simulation::space::system::System;
+use simulation::space::term::Springs;
+
+use super::labels::Labels;
+use super::model::Body;
+use super::plan::{Attachment, Plan};
+use super::way::Way;
+use crate::scene::{Checked, invalid};
+
+/// How an organ is held by one attachment or by the bath.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Held {
+    /// Number of the organ.
+    pub(super) body: usize,
+    /// In words: by what.
+    pub(super) by: String,
+    pub(super) how: How,
+}
+
+/// Held nodes, or springs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum How {
+    /// So many nodes keep their place.
+    Nodes(usize),
+    /// Number of the springs, how many there are, the area that they hold (mm^2) and the stiffness (N/mm^3).
+    Springs {
+        number: usize,
+        points: usize,
+        area: f64,
+        stiffness: f64,
+    },
+}
+
+/// Holds all organs of a model, the tube having gone `free` until it touches; what is held how, and the springs.
+///
+/// # Errors
+/// [`scene::Invalid`]: an attachment that holds nothing, an organ that nothing holds.
+pub(super) fn all(
+    plan: &Plan,
+    labels: &Labels,
+    (way, free): (&Way, f64),
+    bodies: &[Body],
+    system: &mut System,
+) -> Checked<(Vec<Held>, Vec<Springs>)> {
+    let (mut held, mut springs) = (Vec::new(), Vec::new());
+    for (k, one) in plan.attachments.iter().enumerate() {
+        held.push(attached(plan, labels, (k, one), bodies, system, &mut springs)?);
+    }
+    if let Some(bath) = plan.bath {
+        for (number, body) in bodies.iter().enumerate() {
+            let ties: Vec<&Attachment> = plan.attachments.iter().filter(|a| a.organ == number).collect();
+            let of: Vec<Vec<u16>> = ties.iter().map(|tie| labels_of(plan, tie)).collect();
+            let tied = |x: &Vector3<f64>| ties.iter().zip(&of).any(|(tie, of)| labels.is_near(x, tie.within, of));
+            let around = |x: &Vector3<f64>| way.off_axis(x, free) >= bath.corridor && !tied(x);
+            if let Some(how) = springs_at(number, bath.stiffness, body, system, &mut springs, &around) {
+                let by = format!(
+                    "the bath around it, but for {} mm about the tube's way to it",
+                    bath.corridor
+                );
+                held.push(Held { body: number, by, how });
+            }
+        }
+    }
+    match (0..bodies.len()).find(|k| held.iter().all(|h: &Held| h.body != *k)) {
+        Some(k) => Err(invalid(
+            format!("organs.{k}"),
+            format!("{:?}, which nothing holds", bodies[k].name),
+            "an organ with an attachment, or [surroundings]: else the tube pushes it away without end",
+        )),
+        None => Ok((held, springs)),
+    }
+}
+
+fn labels_of(plan: &Plan, one: &Attachment) -> Vec<u16> {
+    one.to
+        .iter()
+        .flat_map(|r| plan.rigid[*r].labels.iter().copied())
+        .collect()
+}
+
+fn attached(
+    plan: &Plan,
+    labels: &Labels,
+    (k, one): (usize, &Attachment),
+    bodies: &[Body],
+    system: &mut System,
+    springs: &mut Vec<Springs>,
+) -> Checked<Held> {
+    let key = format!("attachments.{k}.within");
+    if !labels.can_look(one.within) {
+        return Err(invalid(
+            key,
+            one.within,
+            "less: all voxels so near to each point are looked at",
+        ));
+    }
+    let (of, body) = (labels_of(plan, one), &bodies[one.organ]);
+    let near = |x: &Vector3<f64>| labels.is_near(x, one.within, &of);
+    let how = match one.stiffness {
+        None => nodes(one.organ, body, system, &near),
+        Some(stiffness) => springs_at(one.organ, stiffness, body, system, springs, &near),
+    };
+    let names: Vec<&str> = one.to.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
+    let names = names.join(", ");
+    let how = how.ok_or_else(|| {
+        let found = format!("no part of {:?} is within {} mm of {names}", body.name, one.within);
+        invalid(key, found, "a distance at which something is held")
+    })?;
+    Ok(Held {
+        body: one.organ,
+        by: format!("{names}, within {} mm", one.within),
+        how,
+    })
+}
+
+/// Nodes keep their place; `None` where there is none.
+fn nodes(organ: usize, body: &Body, system: &mut System, near: &dyn Fn(&Vector3<f64>) -> bool) -> Option<How> {
+    let nodes = body.mesh.nodes_where(near);
+    let offset = system.bodies.offset(organ);
+    for node in &nodes {
+        (0..3).for_each(|k| system.fixed[offset + 3 * node + k] = true);
+    }
+    (!nodes.is_empty()).then_some(How::Nodes(nodes.len()))
+}
+
+/// Springs at the wanted points of a surface; `None` where there is none.
+fn springs_at(
+    organ: usize,
+    stiffness: f64,
+    body: &Body,
+    system: &mut System,
+    springs: &mut Vec<Springs>,
+    wanted: &dyn Fn(&Vector3<f64>) -> bool,
+) -> Option<How> {
+    let each = |x: &Vector3<f64>, _: &Vector3<f64>| if wanted(x) { stiffness } else { 0.0 };
+    let bed = Springs::new(&system.bodies, organ, each, |x| *x);
+    if bed.is_empty() {
+        return None;
+    }
+    let at = body.mesh.surface.iter().filter(|p| wanted(&p.at));
+    let how = How::Springs {
+        number: springs.len(),
+        points: bed.len(),
+        area: at.map(|p| p.area).sum(),
+        stiffness,
+    };
+    springs.push(bed.clone());
+    system.others.push(Box::new(bed));
+    Some(how)
+}

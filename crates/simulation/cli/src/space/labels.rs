@@ -1,0 +1,169 @@
+//! The label map in axes of its own, in which cubes lie, and the way to the patient's.
+
+use bus::volume::OwnedVolume;
+use nalgebra::{Matrix3, Vector3};
+use simulation::space::cells::LabelMap;
+
+/// Axes are orthogonal below this cosine between two: over a patient of 500 mm a place is off by 0.005 mm.
+const SKEW: f64 = 1e-5;
+/// Voxels around a place that are looked at, at most, for the nearest of a label.
+const MOST_LOOKED_AT: f64 = 1e6;
+
+/// Why a volume is no label map for solids.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(super) enum NoLabels {
+    #[error(
+        "its axes are not orthogonal: the cosine between axis {axes:?} is {cosine:.3e}, at most {SKEW:e} is allowed; resample it to a grid of right angles"
+    )]
+    Oblique { axes: [usize; 2], cosine: f64 },
+    #[error("a voxel is {found}; labels are 0 and more")]
+    Negative { found: i16 },
+}
+
+/// A label map in its own axes: voxel `(i, j, k)` is at `spacing * (i, j, k)` there, mm. The axes are right-handed: where the
+/// file's are not, its first axis is taken backwards.
+#[derive(Debug, Clone)]
+pub(super) struct Labels {
+    pub(super) size: [usize; 3],
+    pub(super) spacing: Vector3<f64>,
+    labels: Vec<u16>,
+    /// Takes directions to the patient's axes, LPS: orthogonal, determinant 1.
+    turn: Matrix3<f64>,
+    /// Where the first voxel is there, mm.
+    first: Vector3<f64>,
+    /// Names what was read.
+    pub(super) hash: String,
+}
+
+impl Labels {
+    /// # Errors
+    /// [`NoLabels`].
+    pub(super) fn new(volume: &OwnedVolume) -> Result<Self, NoLabels> {
+        let grid = &volume.grid;
+        let (map, spacing) = (grid.ct_from_voxel(), Vector3::from(grid.spacing_mm()));
+        let mut steps = [0, 1, 2].map(|axis| Vector3::from(map.step(axis).mm()) / spacing[axis]);
+        for axes in [[0, 1], [0, 2], [1, 2]] {
+            let cosine = steps[axes[0]].dot(&steps[axes[1]]);
+            if cosine.abs() > SKEW {
+                return Err(NoLabels::Oblique { axes, cosine });
+            }
+        }
+        let rows = map.rows();
+        let mut first = Vector3::from_fn(|r, _| rows[r][3]);
+        let size = grid.dims().map(|n| n as usize);
+        let backwards = Matrix3::from_columns(&steps).determinant() < 0.0;
+        if backwards {
+            first += steps[0] * (spacing[0] * (size[0] - 1) as f64);
+            steps[0] = -steps[0];
+        }
+        let mut labels = Vec::with_capacity(size.iter().product());
+        let mut slice = vec![0_i16; size[0] * size[1]];
+        for z in 0..grid.dims()[2] {
+            volume.view().slice(z, &mut slice);
+            for row in slice.chunks_exact_mut(size[0]) {
+                if backwards {
+                    row.reverse();
+                }
+                for voxel in row {
+                    labels.push(u16::try_from(*voxel).map_err(|_| NoLabels::Negative { found: *voxel })?);
+                }
+            }
+        }
+        Ok(Self {
+            size,
+            spacing,
+            labels,
+            turn: Matrix3::from_columns(&steps),
+            first,
+            hash: volume.hash.to_string(),
+        })
+    }
+
+    /// For meshing.
+    pub(super) fn map(&self) -> LabelMap<'_> {
+        LabelMap {
+            size: self.size,
+            origin: Vector3::zeros(),
+            spacing: self.spacing,
+            labels: &self.labels,
+        }
+    }
+
+    /// A place of the map's axes in the patient's.
+    pub(super) fn patient(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        self.first + self.turn * at
+    }
+
+    /// A direction, a force, or (as both axes are right-handed) a moment of the map's axes in the patient's.
+    pub(super) fn turned(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.turn * direction
+    }
+
+    /// A place of the patient in the map's axes.
+    pub(super) fn own(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        self.turn.tr_mul(&(at - self.first))
+    }
+
+    /// A direction of the patient in the map's axes.
+    pub(super) fn own_direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.turn.tr_mul(direction)
+    }
+
+    /// The label of the voxel that a place of the map's axes lies in; 0 outside.
+    pub(super) fn at(&self, place: &Vector3<f64>) -> u16 {
+        let voxel = [0, 1, 2].map(|k| (place[k] / self.spacing[k] + 0.5).floor());
+        let inside = (0..3).all(|k| voxel[k] >= 0.0 && voxel[k] < self.size[k] as f64);
+        if inside {
+            self.voxel(voxel.map(|v| v as usize))
+        } else {
+            0
+        }
+    }
+
+    fn voxel(&self, [i, j, k]: [usize; 3]) -> u16 {
+        self.labels[(k * self.size[1] + j) * self.size[0] + i]
+    }
+
+    /// All labels of the map but 0, each once, in their order.
+    pub(super) fn all(&self) -> Vec<u16> {
+        let mut is_there = vec![false; 1 << 16];
+        self.labels
+            .iter()
+            .for_each(|label| is_there[usize::from(*label)] = true);
+        (1..=u16::MAX).filter(|label| is_there[usize::from(*label)]).collect()
+    }
+
+    /// Whether a distance takes no more voxels to look at than can be looked at for thousands of places.
+    pub(super) fn can_look(&self, distance: f64) -> bool {
+        let voxels = self.spacing.map(|s| 2.0 * (distance / s).ceil() + 1.0);
+        voxels.product() <= MOST_LOOKED_AT
+    }
+
+    /// Whether a voxel of one of some labels, the whole box of it, is within a distance of a place.
+    pub(super) fn is_near(&self, place: &Vector3<f64>, distance: f64, of: &[u16]) -> bool {
+        let range = [0, 1, 2].map(|k| {
+            let (low, high) = (
+                (place[k] - distance) / self.spacing[k],
+                (place[k] + distance) / self.spacing[k],
+            );
+            let last = self.size[k] as f64 - 1.0;
+            let [low, high] = [(low - 0.5).ceil(), (high + 0.5).floor()].map(|v| v.clamp(-1.0, last + 1.0));
+            low.max(0.0) as usize..(high.min(last) + 1.0).max(0.0) as usize
+        });
+        let away = |k: usize, voxel: usize| {
+            let half = 0.5 * self.spacing[k];
+            ((place[k] - self.spacing[k] * voxel as f64).abs() - half).max(0.0)
+        };
+        for k in range[2].clone() {
+            for j in range[1].clone() {
+                for i in range[0].clone() {
+                    let way = Vector3::new(away(0, i), away(1, j), away(2, k));
+                    if way.norm_squared() <= distance * distance && of.contains(&self.voxel([i, j, k])) {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+}

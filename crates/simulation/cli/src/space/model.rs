@@ -1,0 +1,207 @@
+//! The model that a scene and its label map describe: organs, what holds them, and the tube at its first touch.
+
+use nalgebra::Vector3;
+use simulation::space::cells::{Facts, Field, LabelField, Mesh, NoRegion};
+use simulation::space::solid::Deformable;
+use simulation::space::system::System;
+use simulation::space::term::{Springs, TubeContact};
+
+use super::hold::{self, Held};
+use super::labels::Labels;
+use super::plan::{Organ, Plan};
+use super::way::Way;
+use crate::scene::{Checked, invalid};
+
+/// The contact's stiffness beside Young's modulus over the side of the smallest cubes: it sets how fast pressures converge.
+const CONTACT: f64 = 60.0;
+/// The tube is put so little before the place where it first touches, mm.
+const BEFORE: f64 = 1e-6;
+
+/// An organ in the model.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) label: u16,
+    pub(super) field: LabelField,
+    /// The same that its solid has.
+    pub(super) mesh: Mesh,
+    pub(super) facts: Facts,
+}
+
+/// What a scene describes. Places are in the label map's own axes.
+#[derive(Debug)]
+pub(super) struct Model {
+    pub(super) system: System,
+    pub(super) bodies: Vec<Body>,
+    pub(super) held: Vec<Held>,
+    /// What holds by springs, in no order: [`Held`] says which.
+    pub(super) springs: Vec<Springs>,
+    pub(super) way: Way,
+    /// How far the tip goes from the entry until it touches, mm.
+    pub(super) free: f64,
+}
+
+impl Model {
+    /// # Errors
+    /// [`scene::Invalid`] with the key of the first value that the label map does not agree with.
+    pub(super) fn new(plan: &Plan, labels: &Labels) -> Checked<Self> {
+        let way = Way {
+            entry: labels.own(&plan.way.entry),
+            direction: labels.own_direction(&plan.way.direction),
+            ..plan.way
+        };
+        present(plan, labels)?;
+        let mut system = System::new();
+        let mut bodies = Vec::new();
+        for (k, organ) in plan.organs.iter().enumerate() {
+            let body = body(k, organ, labels, &way)?;
+            let solid = Deformable::new(body.mesh.clone(), organ.material, Vector3::zeros());
+            let solid =
+                solid.map_err(|why| invalid(format!("organs.{k}.poisson"), why, "a ratio that its elements can do"))?;
+            system.add(solid);
+            bodies.push(body);
+        }
+        let free = first_touch(&way, &bodies, &system)?;
+        let (held, springs) = hold::all(plan, labels, (&way, free), &bodies, &mut system)?;
+        let mut model = Self {
+            system,
+            bodies,
+            held,
+            springs,
+            way,
+            free,
+        };
+        model.contacts(plan)?;
+        Ok(model)
+    }
+
+    /// Unknowns that may change.
+    pub(super) fn unknowns(&self) -> [usize; 2] {
+        let free = self.system.fixed.iter().filter(|fixed| !**fixed).count();
+        [self.system.fixed.len(), free]
+    }
+
+    /// The tube touches every organ, and nothing else.
+    fn contacts(&mut self, plan: &Plan) -> Checked<()> {
+        let refused = |why: String| invalid("tube", why, "a tube that can touch the organs");
+        for (k, organ) in plan.organs.iter().enumerate() {
+            let side = organ.settings.side / f64::from(1_u32 << organ.settings.levels);
+            let stiffness = CONTACT * organ.material.lame.young() / side;
+            let tube = self.way.tube(self.free).map_err(|why| refused(why.to_string()))?;
+            let contact = TubeContact::new(&self.system.bodies, k, tube, stiffness, |_, _| true);
+            self.system.tubes.push(contact.map_err(|why| refused(why.to_string()))?);
+        }
+        self.fine_enough()
+    }
+
+    /// Points of the surface along the whole way must be near enough to one another for the tube.
+    fn fine_enough(&self) -> Checked<()> {
+        let a = self.system.initial();
+        for stroke in self.way.strokes() {
+            for (k, contact) in self.system.tubes.iter().enumerate() {
+                let mut moved = contact.clone();
+                let tube = self.way.tube(self.free + stroke);
+                moved.move_to(tube.map_err(|why| invalid("tube", why, "a tube"))?);
+                let (gap, most) = (moved.widest_gap(&self.system.bodies, &a), moved.deepest());
+                if gap > most {
+                    let found = format!(
+                        "points of the surface of {:?} that are {gap:.2} mm from the middle between them, {stroke} mm along the stroke",
+                        self.bodies[k].name
+                    );
+                    let allowed = format!(
+                        "at most {most:.2} mm, a quarter of the tube's diameter: smaller cubes there (side, levels, within)"
+                    );
+                    return Err(invalid(format!("organs.{k}.cubes"), found, allowed));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All labels that are named are in the map.
+fn present(plan: &Plan, labels: &Labels) -> Checked<()> {
+    let all = labels.all();
+    let missing = |key: String, label: u16| {
+        let some: Vec<String> = all.iter().take(40).map(u16::to_string).collect();
+        let more = if all.len() > some.len() { ", ..." } else { "" };
+        let allowed = format!("a label of the map: {}{more}", some.join(", "));
+        invalid(key, format!("{label}, which no voxel has"), allowed)
+    };
+    for (k, organ) in plan.organs.iter().enumerate() {
+        if !all.contains(&organ.label) {
+            return Err(missing(format!("organs.{k}.label"), organ.label));
+        }
+    }
+    for (k, rigid) in plan.rigid.iter().enumerate() {
+        if let Some((i, label)) = rigid.labels.iter().enumerate().find(|(_, l)| !all.contains(l)) {
+            return Err(missing(format!("rigid.{k}.labels.{i}"), *label));
+        }
+    }
+    Ok(())
+}
+
+fn body(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Body> {
+    let key = |last: &str| format!("organs.{k}.{last}");
+    let field = LabelField::new(&labels.map(), organ.label, &organ.smoothing).map_err(|why| match why {
+        NoRegion::Smoothing { .. } | NoRegion::Lost { .. } => invalid(key("smoothing"), why, "less of it"),
+        NoRegion::Parts { .. } => invalid(key("label"), why, "one part, or parts = \"largest\""),
+        _ => invalid(key("label"), why, "a label of the map"),
+    })?;
+    let (settings, last) = (&organ.settings, way.last(&field));
+    let refine = |low: &Vector3<f64>, high: &Vector3<f64>| {
+        let level = (settings.side / (high.x - low.x)).log2().round().max(0.0) as usize;
+        // The distance of its middle less half of its diagonal: no cube near the way is left out.
+        let near = way.off_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
+        organ.within.get(level).is_some_and(|reach| near < *reach)
+    };
+    let mesh = Mesh::new(&field, field.corners, settings, &refine);
+    let mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
+    Ok(Body {
+        name: organ.name.clone(),
+        label: organ.label,
+        facts: field.facts,
+        field,
+        mesh,
+    })
+}
+
+/// How far the tip goes until it first touches a point of a surface; refused where it starts in tissue, or meets none.
+fn first_touch(way: &Way, bodies: &[Body], system: &System) -> Checked<f64> {
+    let tube = way.tube(0.0).map_err(|why| invalid("tube", why, "a tube"))?;
+    let a = system.initial();
+    let reach = 2.0 * super::plan::LONGEST;
+    let mut first = f64::INFINITY;
+    for (k, body) in bodies.iter().enumerate() {
+        let (solid, part) = (system.bodies.solid(k), system.bodies.part(k, &a));
+        let starts = || {
+            invalid(
+                "tube.entry",
+                format!("the tube starts inside {:?}", body.name),
+                "a place from which the whole tube is outside all organs",
+            )
+        };
+        for point in 0..solid.points() {
+            let at = solid.point(part, point);
+            if tube.signed_distance(&at).value <= 0.0 {
+                return Err(starts());
+            }
+            // A tube that advances meets a point that stands as one that stands meets a point that comes.
+            if let Some(part) = tube.first_touch(&at, &(-way.direction * reach)) {
+                first = first.min(part * reach);
+            }
+        }
+        // All of it may lie inside, away from the surface.
+        if body.field.value(&way.middle(0.0)) < 0.0 {
+            return Err(starts());
+        }
+    }
+    if !first.is_finite() {
+        return Err(invalid(
+            "tube",
+            "a way on which the tube touches no organ",
+            "an entry and a target or direction that lead to one",
+        ));
+    }
+    Ok((first - BEFORE).max(0.0))
+}

@@ -1,0 +1,166 @@
+//! A scene whose every value has been checked, but for what the label map says.
+
+mod held;
+mod numbers;
+mod organ;
+
+use simulation::space::cells::{Settings, Smoothing};
+use simulation::space::law::Material;
+
+use super::raw::{RawSpaceField, RawSpaceScene};
+use super::way::Way;
+use crate::scene::{Checked, invalid, positive, within};
+use held::{attachment, rigid};
+use numbers::{length, triple, unit};
+use organ::organ;
+
+/// The most of each table.
+const MOST_ORGANS: usize = 16;
+const MOST_RIGID: usize = 64;
+const MOST_ATTACHMENTS: usize = 64;
+/// Lengths in a scene are no longer than a patient, mm.
+pub(super) const LONGEST: f64 = 2000.0;
+/// A tube that names no length, mm.
+const LENGTH: f64 = 200.0;
+/// The most states.
+const MOST_STATES: f64 = 500.0;
+
+/// An organ.
+#[derive(Debug, Clone)]
+pub(super) struct Organ {
+    pub(super) name: String,
+    pub(super) label: u16,
+    pub(super) material: Material,
+    pub(super) smoothing: Smoothing,
+    pub(super) settings: Settings,
+    /// Of each halving: how near to the axis of the tube's way, mm.
+    pub(super) within: Vec<f64>,
+}
+
+/// Labels that do not move.
+#[derive(Debug, Clone)]
+pub(super) struct Rigid {
+    pub(super) name: String,
+    pub(super) labels: Vec<u16>,
+}
+
+/// What holds an organ.
+#[derive(Debug, Clone)]
+pub(super) struct Attachment {
+    pub(super) organ: usize,
+    /// Numbers of [`Rigid`]s.
+    pub(super) to: Vec<usize>,
+    pub(super) within: f64,
+    /// Stress by length; `None`: nodes keep their place.
+    pub(super) stiffness: Option<f64>,
+}
+
+/// A soft bath.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bath {
+    /// Stress by length.
+    pub(super) stiffness: f64,
+    pub(super) corridor: f64,
+}
+
+/// A scene whose values can be used.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub(super) organs: Vec<Organ>,
+    pub(super) rigid: Vec<Rigid>,
+    pub(super) attachments: Vec<Attachment>,
+    pub(super) bath: Option<Bath>,
+    pub(super) way: Way,
+    pub(super) most_steps: usize,
+    pub(super) field: RawSpaceField,
+    pub(super) size: [u32; 2],
+    pub(super) strip: usize,
+}
+
+impl Plan {
+    /// # Errors
+    /// [`scene::Invalid`] with the key of the first value that cannot be used.
+    pub(super) fn new(raw: &RawSpaceScene) -> Checked<Self> {
+        crate::model::title(&raw.title)?;
+        unit("units.length", &raw.units.length, "mm")?;
+        unit("units.stress", &raw.units.stress, "N/mm2")?;
+        within("organs", raw.organs.len(), 1..=MOST_ORGANS)?;
+        within("rigid", raw.rigid.len(), 0..=MOST_RIGID)?;
+        within("attachments", raw.attachments.len(), 0..=MOST_ATTACHMENTS)?;
+        within("search.most_steps", raw.search.most_steps, 1..=100_000)?;
+        within("output.size.0", raw.output.size[0] as usize, 200..=4000)?;
+        within("output.size.1", raw.output.size[1] as usize, 200..=4000)?;
+        within("output.strip", raw.output.strip, 0..=24)?;
+        crate::model::names("organs", raw.organs.iter().map(|o| o.name.as_str()))?;
+        crate::model::names("rigid", raw.rigid.iter().map(|r| r.name.as_str()))?;
+        let organs: Vec<Organ> = raw.organs.iter().enumerate().map(organ).collect::<Checked<_>>()?;
+        let rigid = rigid(raw, &organs)?;
+        let attachments = raw.attachments.iter().enumerate();
+        Ok(Self {
+            attachments: attachments
+                .map(|(k, one)| attachment(k, one, &organs, &rigid))
+                .collect::<Checked<_>>()?,
+            bath: raw
+                .surroundings
+                .map(|bath| -> Checked<_> {
+                    let young = positive("surroundings.young", bath.young)?;
+                    Ok(Bath {
+                        stiffness: young / length("surroundings.margin", bath.margin)?,
+                        corridor: length("surroundings.corridor", bath.corridor)?,
+                    })
+                })
+                .transpose()?,
+            way: way(raw)?,
+            most_steps: raw.search.most_steps,
+            field: raw.output.field,
+            size: raw.output.size,
+            strip: raw.output.strip,
+            organs,
+            rigid,
+        })
+    }
+}
+
+fn way(raw: &RawSpaceScene) -> Checked<Way> {
+    let tube = &raw.tube;
+    let entry = triple("tube.entry", tube.entry)?;
+    let (key, along) = match (tube.target, tube.direction) {
+        (Some(target), None) => ("tube.target", triple("tube.target", target)? - entry),
+        (None, Some(direction)) => ("tube.direction", triple("tube.direction", direction)?),
+        (Some(_), Some(_)) => return Err(invalid("tube.direction", "both", "target or direction, not both")),
+        (None, None) => return Err(invalid("tube", "neither target nor direction", "one of them")),
+    };
+    let direction = along.try_normalize(1e-6).ok_or_else(|| {
+        invalid(
+            key,
+            "no direction",
+            "a place other than the entry, or a direction of some length",
+        )
+    })?;
+    let radius = 0.5 * length("tube.diameter", tube.diameter)?;
+    let stroke = length("tube.stroke", tube.stroke)?;
+    let step = length("tube.step", tube.step)?;
+    // A point may be half a radius deep and no deeper: at once it is the step.
+    if step >= 0.5 * radius {
+        let allowed = format!(
+            "less than {} mm, a quarter of the diameter: more at once might pass through tissue",
+            0.5 * radius
+        );
+        return Err(invalid("tube.step", format!("{step} mm"), allowed));
+    }
+    if stroke / step > MOST_STATES {
+        return Err(invalid(
+            "tube.step",
+            step,
+            format!("at least {} mm: at most {MOST_STATES} states", stroke / MOST_STATES),
+        ));
+    }
+    Ok(Way {
+        entry,
+        direction,
+        radius,
+        length: length("tube.length", tube.length.unwrap_or(LENGTH))?,
+        stroke,
+        step,
+    })
+}

@@ -1,0 +1,83 @@
+//! What does not move, and how organs are attached to it, checked.
+
+use super::super::raw::{RawAttachment, RawKind, RawSpaceScene};
+use super::numbers::length;
+use super::{Attachment, MOST_RIGID, Organ, Rigid};
+use crate::scene::{Checked, invalid, named, positive, within};
+
+/// The most labels of one table.
+const MOST_LABELS: usize = 256;
+
+/// Labels that do not move; each label is of one table only.
+pub(super) fn rigid(raw: &RawSpaceScene, organs: &[Organ]) -> Checked<Vec<Rigid>> {
+    let mut seen = std::collections::BTreeMap::new();
+    for (k, organ) in organs.iter().enumerate() {
+        if let Some(other) = seen.insert(organ.label, organ.name.as_str()) {
+            return Err(invalid(
+                format!("organs.{k}.label"),
+                format!("{}, which is {other:?} already", organ.label),
+                "a label of its own",
+            ));
+        }
+    }
+    for (k, rigid) in raw.rigid.iter().enumerate() {
+        within(&format!("rigid.{k}.labels"), rigid.labels.len(), 1..=MOST_LABELS)?;
+        for (i, label) in rigid.labels.iter().enumerate() {
+            let key = format!("rigid.{k}.labels.{i}");
+            if *label == 0 {
+                return Err(invalid(key, 0, "a label of the map, above 0"));
+            }
+            if let Some(other) = seen.insert(*label, rigid.name.as_str()) {
+                return Err(invalid(
+                    key,
+                    format!("{label}, which is {other:?} already"),
+                    "a label of its own",
+                ));
+            }
+        }
+    }
+    Ok(raw
+        .rigid
+        .iter()
+        .map(|r| Rigid {
+            name: r.name.clone(),
+            labels: r.labels.clone(),
+        })
+        .collect())
+}
+
+pub(super) fn attachment(k: usize, raw: &RawAttachment, organs: &[Organ], rigid: &[Rigid]) -> Checked<Attachment> {
+    let key = |last: &str| format!("attachments.{k}.{last}");
+    let organ = named(&key("organ"), &raw.organ, organs.iter().map(|o| o.name.as_str()))?;
+    within(&key("to"), raw.to.len(), 1..=MOST_RIGID)?;
+    let to = raw.to.iter().enumerate();
+    let to = to.map(|(i, name)| named(&key(&format!("to.{i}")), name, rigid.iter().map(|r| r.name.as_str())));
+    let stiffness = match (raw.kind, raw.young, raw.margin) {
+        (RawKind::Tied, Some(young), Some(margin)) => {
+            Some(positive(&key("young"), young)? / length(&key("margin"), margin)?)
+        }
+        (RawKind::Fixed, None, None) => None,
+        (RawKind::Tied, young, _) => {
+            let last = if young.is_none() { "young" } else { "margin" };
+            return Err(invalid(
+                key(last),
+                "nothing",
+                "with kind = \"tied\": young and margin of what is between",
+            ));
+        }
+        (RawKind::Fixed, young, _) => {
+            let last = if young.is_some() { "young" } else { "margin" };
+            return Err(invalid(
+                key(last),
+                "a number",
+                "nothing with kind = \"fixed\", or kind = \"tied\"",
+            ));
+        }
+    };
+    Ok(Attachment {
+        organ,
+        to: to.collect::<Checked<_>>()?,
+        within: length(&key("within"), raw.within)?,
+        stiffness,
+    })
+}

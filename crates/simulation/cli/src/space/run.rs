@@ -1,0 +1,241 @@
+//! The stroke: from state to state, each in equilibrium, each with the numbers that it rests on.
+
+mod search;
+
+use nalgebra::Vector3;
+use simulation::control::{Newton, Potential, Settings};
+use simulation::space::equilibrium::{Equilibrium, NoEquilibrium};
+use simulation::sparse::Dissection;
+
+use super::labels::Labels;
+use super::model::Model;
+use super::plan::Plan;
+use crate::run::Stopwatch;
+use search::Search;
+
+/// The largest free force over the largest load.
+const TOLERANCE: f64 = 1e-8;
+
+/// What the tissue does to the tube, in the patient's axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct OnTube {
+    /// N.
+    pub(super) force: Vector3<f64>,
+    /// N mm, about the tip.
+    pub(super) moment: Vector3<f64>,
+    /// Points of surfaces that press.
+    pub(super) points: usize,
+    /// The area that they stand for, before the deformation, mm^2.
+    pub(super) area: f64,
+    /// The deepest point in the tube, mm.
+    pub(super) depth: f64,
+}
+
+/// A state of the run.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub(super) label: String,
+    /// How far the tip has gone from where it first touches, mm.
+    pub(super) stroke: f64,
+    pub(super) a: Vec<f64>,
+    /// Absent where the forces do not balance.
+    pub(super) found: Option<Equilibrium>,
+    pub(super) on_tube: OnTube,
+    /// What tube, springs and held nodes leave over on the organs, beside the force on the tube.
+    pub(super) balance: f64,
+    /// Area of surfaces, before the deformation, that lies in what the scene names rigid, mm^2: it is no obstacle.
+    pub(super) in_rigid: f64,
+    /// Parts that the step was made in.
+    pub(super) parts: usize,
+    pub(super) seconds: f64,
+}
+
+/// What a run found.
+#[derive(Debug)]
+pub(super) struct Run {
+    pub(super) states: Vec<State>,
+    /// Why it ended early.
+    pub(super) refused: Option<String>,
+}
+
+/// Runs a model; `tell` gets a line for each state.
+pub(super) fn run(model: &mut Model, plan: &Plan, labels: &Labels, tell: &mut dyn FnMut(&str)) -> Run {
+    let mut states = Vec::new();
+    let refused = strokes(model, plan, labels, &mut states, tell).err();
+    Run { states, refused }
+}
+
+fn strokes(
+    model: &mut Model,
+    plan: &Plan,
+    labels: &Labels,
+    states: &mut Vec<State>,
+    tell: &mut dyn FnMut(&str),
+) -> Result<(), String> {
+    let order = Dissection::by_places(&model.system.places(), &[]);
+    let order = order.map_err(|why| format!("the order of elimination: {why}"))?;
+    let control = Settings {
+        most_iterations: plan.most_steps,
+        tolerance: TOLERANCE,
+        ..Settings::default()
+    };
+    let mut search = Search {
+        newton: Newton::ordered_by(control, order),
+        a: model.system.initial(),
+        done: 0.0,
+        stroke: 0.0,
+    };
+    let strokes = model.way.strokes();
+    for (k, stroke) in strokes.iter().enumerate() {
+        let began = Stopwatch::start();
+        let made = search.to(model, *stroke);
+        let mut state = State::of(model, plan, labels, &search, made.as_ref().ok());
+        state.seconds = 1e-3 * began.ms();
+        match made {
+            Ok(_) => {
+                state.label = format!("state {k} of {}", strokes.len() - 1);
+                tell(&state.line());
+                states.push(state);
+            }
+            Err(why) => {
+                state.label = format!("NOT an equilibrium, on the way to state {k}");
+                states.push(state);
+                return Err(format!(
+                    "state {k} of {}, {stroke} mm along the stroke: {}",
+                    strokes.len() - 1,
+                    advice(&why)
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The reason, with what a person can do about it.
+fn advice(why: &NoEquilibrium) -> String {
+    let what = match why {
+        NoEquilibrium::TooDeep { .. } => "Use a smaller tube.step",
+        NoEquilibrium::TooCoarse { .. } => "Use smaller cubes at the tube: organs.cubes, levels and within",
+        NoEquilibrium::Search { .. } => {
+            "Use a smaller tube.step or stroke, smaller cubes at the tube, or raise search.most_steps"
+        }
+        _ => "Use a smaller tube.step or stroke, or smaller cubes at the tube",
+    };
+    format!("{why}. {what}")
+}
+
+impl Run {
+    /// Labels of the equilibria that are no minima, or not known to be.
+    pub(super) fn saddles(&self) -> Vec<&str> {
+        let wrong = |state: &&State| state.found.is_some_and(|found| found.falling != Some(0));
+        self.states.iter().filter(wrong).map(|s| s.label.as_str()).collect()
+    }
+}
+
+impl State {
+    fn of(model: &Model, plan: &Plan, labels: &Labels, search: &Search, found: Option<&(Equilibrium, usize)>) -> Self {
+        let a = search.a.clone();
+        let (system, stroke) = (&model.system, search.stroke);
+        let tip = model.way.tip(model.free + stroke);
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let (mut points, mut area, mut depth) = (0, 0.0, 0.0_f64);
+        for contact in &system.tubes {
+            let on = contact.force(&system.bodies, &a);
+            let origin = contact.tube().pose().translation.vector;
+            force += on.force;
+            moment += on.moment + (origin - tip).cross(&on.force);
+            points += on.points;
+            area += on.area;
+            depth = depth.max(on.depth);
+        }
+        let balance = balance(model, &a, &force);
+        Self {
+            label: String::new(),
+            stroke,
+            found: found.map(|f| f.0),
+            on_tube: OnTube {
+                force: labels.turned(&force),
+                moment: labels.turned(&moment),
+                points,
+                area,
+                depth,
+            },
+            balance,
+            in_rigid: in_rigid(model, plan, labels, &a),
+            parts: found.map_or(0, |f| f.1),
+            seconds: 0.0,
+            a,
+        }
+    }
+
+    /// A line about it.
+    fn line(&self) -> String {
+        let Some(found) = &self.found else {
+            return self.label.clone();
+        };
+        let falling = match found.falling {
+            Some(0) => "a minimum",
+            Some(_) => "a SADDLE",
+            None => "stability not known",
+        };
+        format!(
+            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s",
+            self.label,
+            self.stroke,
+            self.on_tube.force.norm(),
+            beside(found.residual, found.load),
+            found.depth,
+            found.least_determinant,
+            self.balance,
+            self.parts,
+            found.rounds,
+            found.iterations,
+            self.seconds
+        )
+    }
+}
+
+/// A ratio; 0 where there is nothing.
+pub(super) fn beside(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}
+
+/// The sum of all outer forces on the organs beside that of the tube: forces inside an organ sum to nothing.
+fn balance(model: &Model, a: &[f64], on_tube: &Vector3<f64>) -> f64 {
+    let system = &model.system;
+    let mut sum = -on_tube;
+    for springs in &model.springs {
+        sum += springs.reaction_about(&system.bodies, a, &Vector3::zeros())[0];
+    }
+    // What a held node does not balance is what holds it.
+    let mut gradient = vec![0.0; a.len()];
+    if system.gradient(a, &mut gradient).is_none() {
+        return f64::NAN;
+    }
+    for (k, (force, _)) in gradient
+        .iter()
+        .zip(&system.fixed)
+        .enumerate()
+        .filter(|(_, (_, fixed))| **fixed)
+    {
+        sum[k % 3] += force;
+    }
+    beside(sum.norm(), on_tube.norm())
+}
+
+/// Area of the surfaces that lies in rigid labels.
+fn in_rigid(model: &Model, plan: &Plan, labels: &Labels, a: &[f64]) -> f64 {
+    let rigid: Vec<u16> = plan.rigid.iter().flat_map(|r| r.labels.iter().copied()).collect();
+    let bodies = &model.system.bodies;
+    let mut area = 0.0;
+    for body in 0..bodies.len() {
+        let (solid, part) = (bodies.solid(body), bodies.part(body, a));
+        for point in 0..solid.points() {
+            let label = labels.at(&solid.point(part, point));
+            if label != 0 && rigid.contains(&label) {
+                area += solid.reference(point).2;
+            }
+        }
+    }
+    area
+}

@@ -1,0 +1,73 @@
+//! The way of the tube: straight on, along its own axis.
+
+use nalgebra::{Point3, Vector3};
+use simulation::space::cells::{Field, LabelField};
+use simulation::space::tube::{Tube, TubeError};
+
+/// Where an axis enters an organ is looked for in such steps, mm, and at most so many.
+const LOOK: f64 = 0.5;
+const MOST_LOOKS: f64 = 1e5;
+
+/// A tube and the way that it is pushed, in the patient or, turned, in the label map's axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Way {
+    /// Where the foremost point of the tip starts, mm.
+    pub(super) entry: Vector3<f64>,
+    /// Of length 1.
+    pub(super) direction: Vector3<f64>,
+    pub(super) radius: f64,
+    /// From the middle of one round end to that of the other.
+    pub(super) length: f64,
+    /// From the first touch on.
+    pub(super) stroke: f64,
+    pub(super) step: f64,
+}
+
+impl Way {
+    /// The foremost point of the tip after so much of the way from the entry.
+    pub(super) fn tip(&self, gone: f64) -> Vector3<f64> {
+        self.entry + self.direction * gone
+    }
+
+    /// The middle of its round tip.
+    pub(super) fn middle(&self, gone: f64) -> Vector3<f64> {
+        self.tip(gone) - self.direction * self.radius
+    }
+
+    /// The tube after so much of the way.
+    ///
+    /// # Errors
+    /// [`TubeError`], of numbers that no checked scene has.
+    pub(super) fn tube(&self, gone: f64) -> Result<Tube, TubeError> {
+        Tube::straight(
+            Point3::from(self.middle(gone)),
+            -self.direction,
+            self.length,
+            self.radius,
+        )
+    }
+
+    /// The distance of a place from the axis of the way, between the entry and what is `beyond` it.
+    pub(super) fn off_axis(&self, at: &Vector3<f64>, beyond: f64) -> f64 {
+        let along = (at - self.entry).dot(&self.direction).clamp(-self.length, beyond);
+        (at - self.tip(along)).norm()
+    }
+
+    /// How far the tip comes in an organ, from the entry: from where the axis enters it by the whole stroke. Where the axis
+    /// passes it by, without end.
+    pub(super) fn last(&self, organ: &LabelField) -> f64 {
+        let corners = organ.corners;
+        let longest = (corners[0] - self.entry).norm() + (corners[1] - corners[0]).norm();
+        let steps = (longest / LOOK).min(MOST_LOOKS) as usize;
+        let entered = (0..steps)
+            .map(|k| k as f64 * LOOK)
+            .find(|gone| organ.value(&self.tip(*gone)) < 0.0);
+        entered.map_or(f64::INFINITY, |gone| gone + self.stroke)
+    }
+
+    /// The strokes at which states are looked for: 0, the steps, and the whole.
+    pub(super) fn strokes(&self) -> Vec<f64> {
+        let steps = (self.stroke / self.step - 1e-9).ceil().max(1.0) as usize;
+        (0..=steps).map(|k| (k as f64 * self.step).min(self.stroke)).collect()
+    }
+}

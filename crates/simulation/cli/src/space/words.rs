@@ -1,0 +1,167 @@
+//! What is said of a scene in space: all that it models, and what it does not.
+
+use std::fmt::Write;
+
+use super::hold::How;
+use super::labels::Labels;
+use super::model::Model;
+use super::plan::Plan;
+use super::run::Run;
+
+/// Places along the tube's way at which the label map is asked, mm apart.
+const LOOK: f64 = 1.0;
+
+fn line(text: &mut String, head: &str, words: &str) {
+    // A String takes all that is written to it.
+    let _ = writeln!(text, "{head:<11}{words}");
+}
+
+/// The scene alone, where its label map is not read.
+pub(super) fn planned(title: &str, plan: &Plan) -> String {
+    let mut text = format!("{title}\n");
+    line(
+        &mut text,
+        "space",
+        "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight",
+    );
+    line(&mut text, "unknowns", "not counted: the label map is not read");
+    for organ in &plan.organs {
+        line(&mut text, "organ", &format!("{}: label {}", organ.name, organ.label));
+    }
+    text
+}
+
+/// The model.
+pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, model: &Model) -> String {
+    let mut text = format!("{title}\n");
+    let [all, free] = model.unknowns();
+    let ([a, b, c], s) = (labels.size, labels.spacing);
+    line(
+        &mut text,
+        "space",
+        "lengths in mm, stresses in N/mm2, places LPS; no friction, no weight",
+    );
+    line(
+        &mut text,
+        "labels",
+        &format!("{path}: {a} x {b} x {c} voxels of {} x {} x {} mm", s.x, s.y, s.z),
+    );
+    line(&mut text, "unknowns", &format!("{all}, of which {free} free"));
+    for (body, organ) in model.bodies.iter().zip(&plan.organs) {
+        let facts = &body.facts;
+        let mut words = format!(
+            "{}: label {}, {} voxels, {:.1} ml; {} cubes with {} nodes, {:.2} ml; E {} N/mm2, nu {:.4}",
+            body.name,
+            body.label,
+            facts.voxels,
+            1e-3 * facts.volume,
+            body.mesh.elements.len(),
+            body.mesh.nodes.len(),
+            1e-3 * body.mesh.volume(),
+            organ.material.lame.young() as f32,
+            0.5 * organ.material.lame.lambda / (organ.material.lame.lambda + organ.material.lame.mu)
+        );
+        if facts.dropped > 0 {
+            let _ = write!(words, "; {} voxels of other parts are DROPPED", facts.dropped);
+        }
+        if facts.holes > 0 {
+            let what = if facts.filled { "filled" } else { "left open" };
+            let _ = write!(words, "; {} voxels of holes are {what}", facts.holes);
+        }
+        if facts.cut.iter().flatten().any(|cut| *cut) {
+            let _ = write!(words, "; CUT OFF by the border of the label map");
+        }
+        line(&mut text, "organ", &words);
+    }
+    for held in &model.held {
+        let name = &model.bodies[held.body].name;
+        let words = match held.how {
+            How::Nodes(count) => format!("{name}: {count} nodes keep their place ({})", held.by),
+            How::Springs {
+                points,
+                area,
+                stiffness,
+                ..
+            } => {
+                format!(
+                    "{name}: springs of {stiffness:.3e} N/mm3 at {points} points, {area:.0} mm2 ({})",
+                    held.by
+                )
+            }
+        };
+        line(&mut text, "held", &words);
+    }
+    let (way, first) = (&plan.way, plan.way.tip(model.free));
+    let words = format!(
+        "{} mm wide, round, first touches with its tip at ({:.2}, {:.2}, {:.2}), {:.2} mm from the entry; {} states over {} mm, at most {} mm apart",
+        2.0 * way.radius,
+        first.x,
+        first.y,
+        first.z,
+        model.free,
+        way.strokes().len(),
+        way.stroke,
+        way.step
+    );
+    line(&mut text, "tube", &words);
+    for words in not_modelled(plan, labels, model) {
+        line(&mut text, "not", &words);
+    }
+    text
+}
+
+/// What a person might take for modelled and is not.
+pub(super) fn not_modelled(plan: &Plan, labels: &Labels, model: &Model) -> Vec<String> {
+    let mut all =
+        vec!["friction, weight, blood, cutting, and the tissue around the organs but for its springs".to_owned()];
+    if model.bodies.len() > 1 {
+        all.push("contact of organs with one another: they pass through one another".to_owned());
+    }
+    if !plan.rigid.is_empty() {
+        let names: Vec<&str> = plan.rigid.iter().map(|r| r.name.as_str()).collect();
+        all.push(format!(
+            "contact with what is rigid ({}): it holds and is no obstacle, to organs and tube",
+            names.join(", ")
+        ));
+    }
+    let others = passed(plan, labels, model);
+    if !others.is_empty() {
+        all.push(format!("labels that the tube passes through as through air: {others}"));
+    }
+    all
+}
+
+/// Labels on the tube's way that are no organs, with their names where the scene has one.
+fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
+    let way = &model.way;
+    let mut found = std::collections::BTreeSet::new();
+    let steps = ((way.length + model.free + way.stroke) / LOOK) as usize;
+    for k in 0..=steps {
+        let gone = model.free + way.stroke - k as f64 * LOOK;
+        let label = labels.at(&way.tip(gone));
+        if label != 0 && model.bodies.iter().all(|b| b.label != label) {
+            found.insert(label);
+        }
+    }
+    let name = |label: &u16| match plan.rigid.iter().find(|r| r.labels.contains(label)) {
+        Some(rigid) => format!("{label} ({})", rigid.name),
+        None => label.to_string(),
+    };
+    found.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// What a whole run says: the worst of each number.
+pub(super) fn found(run: &Run) -> String {
+    let all = || run.states.iter().filter_map(|s| s.found.as_ref().map(|f| (s, f)));
+    let most = all()
+        .map(|(_, f)| super::run::beside(f.residual, f.load))
+        .fold(0.0, f64::max);
+    let depth = all().map(|(_, f)| f.depth).fold(0.0, f64::max);
+    let least = all().map(|(_, f)| f.least_determinant).fold(f64::INFINITY, f64::min);
+    let balance = all().map(|(s, _)| s.balance).fold(0.0, f64::max);
+    let force = all().next_back().map_or(0.0, |(s, _)| s.on_tube.force.norm());
+    format!(
+        "{} equilibria: free force up to {most:.1e} of the load, depth up to {depth:.1e} mm, balance to {balance:.1e}, least det F {least:.3}; last force {force:.4} N, its error not known",
+        all().count()
+    )
+}
