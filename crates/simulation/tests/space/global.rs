@@ -10,8 +10,8 @@ use simulation::space::system::System;
 use simulation::space::term::{ObstacleContact, OrganContact};
 use simulation::sparse::Triplets;
 
-use crate::obstacle::{below, newton, surface};
-use crate::organs::block;
+use crate::contact::obstacle::{below, newton, surface};
+use crate::contact::organs::block;
 use crate::random;
 use crate::terms::check;
 

@@ -3,30 +3,23 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a test that fails")]
 
 mod block;
-mod bone_of_label;
+mod closed;
 mod common;
+mod contact;
 mod determinant;
 mod error;
 mod extremes;
 mod frames;
 mod global;
-mod half_space;
-mod hertz;
 mod labels;
 mod locking;
 mod manufactured;
 mod meshes;
-mod obstacle;
-mod organs;
-mod punch;
 mod push;
 mod refusals;
-mod rivlin;
 mod rules;
 mod scales;
-mod shares;
 mod sphere;
-mod stack;
 mod sums;
 mod terms;
 

@@ -9,8 +9,8 @@ use simulation::space::system::System;
 use simulation::space::term::{OrganContact, Term, TubeContact};
 use simulation::space::tube::Tube;
 
-use crate::obstacle::{below, hold, newton, surface};
-use crate::organs::{block, deformable};
+use crate::contact::obstacle::{below, hold, newton, surface};
+use crate::contact::organs::{block, deformable};
 
 /// A quarter of a stack of two blocks, one on the other, pressed by a tube from above.
 struct Stack {

@@ -9,7 +9,7 @@ use simulation::space::solid::Deformable;
 use simulation::space::system::System;
 use simulation::space::term::{OrganContact, Term};
 
-use crate::obstacle::{below, hold, newton, surface};
+use crate::contact::obstacle::{below, hold, newton, surface};
 use crate::random;
 use crate::terms::{check, scene};
 

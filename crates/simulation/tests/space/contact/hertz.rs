@@ -11,8 +11,8 @@ use simulation::space::solid::Deformable;
 use simulation::space::system::System;
 use simulation::space::term::{ObstacleContact, OrganContact};
 
-use crate::obstacle::{hold, newton, surface};
-use crate::organs::deformable;
+use crate::contact::obstacle::{hold, newton, surface};
+use crate::contact::organs::deformable;
 
 /// What the force on the other side of a ball of this radius takes from the approach of its centre: Boussinesq's displacement
 /// at the rim of a contact, by the force opposite (as Tatara 1991 has it).

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use simulation::space::cells::{Ball, Mesh, Settings};
 
-use crate::organs::block;
+use crate::contact::organs::block;
 use crate::random;
 
 /// A field with all products of second degree and more along each axis, at a place.

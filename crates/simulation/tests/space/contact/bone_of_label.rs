@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use simulation::space::cells::{Ball, LabelField, LabelMap, Settings, Smoothing};
 use simulation::space::level_set::LevelSet;
 
-use crate::obstacle::{Pressed, surface};
+use crate::contact::obstacle::{Pressed, surface};
 
 /// The surface of a ball of voxels of 2 mm.
 fn of_voxels(ball: &Ball) -> LevelSet {

@@ -6,8 +6,8 @@ use simulation::space::system::System;
 use simulation::space::term::TubeContact;
 use simulation::space::tube::Tube;
 
+use crate::closed::half_space::{block, hold_far, mindlin, solid};
 use crate::common::{balance, forces, hold, newton};
-use crate::half_space::{block, hold_far, mindlin, solid};
 
 /// Capacity of a square plate of unit side by that of a ball of unit radius: a flat punch without friction presses as charge
 /// lies on a plate, `F = pi C E* d` (a disc of radius `a` has `2 a / pi`).
