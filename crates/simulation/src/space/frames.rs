@@ -124,6 +124,10 @@ impl Frames {
                 found: system.tubes.len(),
             });
         }
+        let found = system.obstacles.len() + system.organs.len();
+        if found > 0 {
+            return Err(NoFrames::Contacts { found });
+        }
         if let Some(term) = system.others.iter().position(|term| term.changes()) {
             return Err(NoFrames::Changing { term });
         }

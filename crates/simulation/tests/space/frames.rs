@@ -4,11 +4,12 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use simulation::control::{Newton, Settings as Control};
 use simulation::space::equilibrium::{Tolerance, settle};
 use simulation::space::frames::{Frames, NoFrames, Refused, Settings, State};
-use simulation::space::term::TubeContact;
+use simulation::space::term::{ObstacleContact, TubeContact};
 use simulation::space::tube::Tube;
 use simulation::sparse::Dissection;
 
 use crate::block::{Grid, block, frames, pose, top, tube};
+use crate::contact::obstacle::{below, surface};
 
 /// 12.5 mm at the tip: as coarse as the tube's 10 mm lets it be.
 const COARSE: Grid = Grid {
@@ -339,6 +340,11 @@ fn systems_that_have_no_frames_are_refused_by_name() {
         system.others.push(Box::new(contact));
     };
     assert_eq!(new(&with_term, usual, 25.0), NoFrames::Changing { term: 0 });
+    let with_bone = |system: &mut simulation::space::system::System| {
+        let bone = ObstacleContact::new(&system.bodies, 0, surface(below(-5.0), 10.0), 0.03, |_, _| true).unwrap();
+        system.obstacles.push(bone);
+    };
+    assert_eq!(new(&with_bone, usual, 25.0), NoFrames::Contacts { found: 1 });
     assert_eq!(new(&|_| {}, usual, 0.0), NoFrames::NoPoint { body: 0 });
     let free = |system: &mut simulation::space::system::System| system.fixed.fill(false);
     assert_eq!(new(&free, usual, 25.0), NoFrames::NoFactor);

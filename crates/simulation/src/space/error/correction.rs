@@ -62,6 +62,12 @@ pub enum NoCorrection {
         /// That part.
         left: f64,
     },
+    /// Contacts of the system's own, whose forces this does not settle.
+    #[error("the system has {found} contacts of its own; the one that presses is given by itself, and no other is settled")]
+    Contacts {
+        /// How many.
+        found: usize,
+    },
     /// Contact was not found.
     #[error("contact with the tube was not found")]
     Contact,
@@ -73,11 +79,16 @@ pub enum NoCorrection {
     },
 }
 
-/// Goes from a state near it to the equilibrium of a system, whose own tubes must be none: `touching` is the one that presses.
+/// Goes from a state near it to the equilibrium of a system without contacts of its own: `touching` is the one that presses.
 ///
 /// # Errors
 /// [`NoCorrection`].
 pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) -> Result<Correction, NoCorrection> {
+    let own = system.tubes.len() + system.obstacles.len() + system.organs.len();
+    let found = own + system.others.iter().filter(|term| term.changes()).count();
+    if found > 0 {
+        return Err(NoCorrection::Contacts { found });
+    }
     let spots = touching.map_or_else(Vec::new, |t| spots(system, a, t));
     let mut root: Vec<usize> = spots.iter().flat_map(|s| s.row.iter().map(|r| r.0)).collect();
     root.sort_unstable();

@@ -51,6 +51,12 @@ pub enum NoFrames {
         /// How many.
         found: usize,
     },
+    /// Contact with bone or of organs.
+    #[error("the system has {found} contacts with bone or of organs, which frames do not settle yet: use `settle`")]
+    Contacts {
+        /// How many.
+        found: usize,
+    },
     /// A term whose forces change from round to round.
     #[error(
         "term {term} of the system changes its forces from round to round, which frames do not do yet: use `settle`"
