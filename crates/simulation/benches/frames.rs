@@ -5,11 +5,9 @@
 //!
 //! `cargo bench -p simulation --bench frames [-- 20mm_s 100mm_s jump]`; results in `out/bench/solids-frames.csv`.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    reason = "a benchmark that fails has nothing to say"
-)]
+#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
+#![allow(clippy::disallowed_methods, reason = "measures wall time")]
 
 #[path = "../tests/space/block.rs"]
 mod block;

@@ -63,7 +63,9 @@ pub enum NoCorrection {
         left: f64,
     },
     /// Contacts of the system's own, whose forces this does not settle.
-    #[error("the system has {found} contacts of its own; the one that presses is given by itself, and no other is settled")]
+    #[error(
+        "the system has {found} contacts of its own; the one that presses is given by itself, and no other is settled"
+    )]
     Contacts {
         /// How many.
         found: usize,

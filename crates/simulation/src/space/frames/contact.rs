@@ -64,8 +64,8 @@ impl Contact {
         (0..self.touches.len()).any(|point| {
             let (at, way) = (self.touches.at(point, v), self.touches.displacement(point, step));
             // No point comes nearer than by its way; a way that is no number passes too.
-            let near = !(way.norm() < tube.signed_distance(&at).value + deepest);
-            near && (tube.is_crossed(&at, &way, deepest) || !way.norm().is_finite())
+            let (length, room) = (way.norm(), tube.signed_distance(&at).value + deepest);
+            !length.is_finite() || length >= room && tube.is_crossed(&at, &way, deepest)
         })
     }
 

@@ -18,14 +18,14 @@ pub(super) struct Factor {
 }
 
 impl Factor {
-    fn new(order: Dissection, precision: Precision) -> Self {
+    fn new(order: Dissection, precision: Precision) -> Box<Self> {
         let mut ldl = Ldl::ordered_by(order);
         ldl.set_precision(precision);
-        Self {
+        Box::new(Self {
             ldl,
             matrix: Triplets::default(),
             whole: false,
-        }
+        })
     }
 
     /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
@@ -44,14 +44,14 @@ impl Factor {
 /// A thread that makes factors one after the other.
 #[derive(Debug)]
 struct Worker {
-    jobs: Option<Sender<(Factor, Vec<f64>)>>,
-    done: Receiver<Factor>,
+    jobs: Option<Sender<(Box<Factor>, Vec<f64>)>>,
+    done: Receiver<Box<Factor>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
     fn new(system: Arc<System>) -> Self {
-        let (jobs, inbox) = channel::<(Factor, Vec<f64>)>();
+        let (jobs, inbox) = channel::<(Box<Factor>, Vec<f64>)>();
         let (outbox, done) = channel();
         let work = move || {
             for (mut factor, a) in inbox {
@@ -83,10 +83,10 @@ impl Drop for Worker {
 /// The factor in use, and the next.
 #[derive(Debug)]
 pub(super) struct Factors {
-    pub(super) now: Factor,
+    pub(super) now: Box<Factor>,
     /// Which one that is, from 1.
     pub(super) number: u64,
-    spare: Option<Factor>,
+    spare: Option<Box<Factor>>,
     worker: Option<Worker>,
     order: Dissection,
     precision: Precision,
@@ -152,7 +152,7 @@ impl Factors {
     }
 
     /// One that is not whole is left aside: the old one still serves.
-    fn adopt(&mut self, next: Factor) -> bool {
+    fn adopt(&mut self, next: Box<Factor>) -> bool {
         let whole = next.whole;
         self.spare = Some(if whole {
             std::mem::replace(&mut self.now, next)
