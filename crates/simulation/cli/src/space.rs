@@ -3,6 +3,7 @@
 //! Read in three steps: the raw shape ([`raw`]), the [`plan`] whose every value can be used, and with the label map the
 //! [`model`]. A [`run`] goes from state to state; [`output`] writes pictures and report.
 
+mod body;
 mod draw;
 mod hold;
 mod labels;

@@ -204,10 +204,12 @@ impl Frames {
         if self.now.tube.at(*pose).is_err() || parts > MOST_PARTS {
             return self.refuse(Refused::Pose);
         }
+        // First of all, so that all of this frame is by one factor, whatever becomes of its steps.
         if self.factors.take_up(self.frame) {
             (self.ways[0], self.stale) = (self.ways[1], true);
         }
         let parts = (parts.ceil() as usize).max(1);
+        // What a refusal goes back to, and what the work is reckoned from.
         let (start, before) = (self.now.clone(), self.force());
         match self.go(pose, parts, &start) {
             Ok(found) => {
@@ -249,6 +251,7 @@ impl Frames {
         if good || parts > 1 || self.settings.most_parts < 2 {
             return first;
         }
+        // The first way's end is kept: the halves may lead to a worse one.
         let reached = self.now.clone();
         self.restore(start.clone());
         match (first, self.walk(pose, 2, true)) {
@@ -316,6 +319,7 @@ impl Frames {
         self.contact.touches.take(&a, &mut moved);
         let cost = |v: &[f64]| self.contact.cost(&self.now.pressures, v, next);
         let way: Vec<f64> = moved.iter().zip(&v).map(|(moved, v)| moved - v).collect();
+        // A guess is taken only where it is better than to begin where the last frame ended.
         let lower = at.energy + cost(&moved) < self.now.at.energy + cost(&v);
         if lower && !self.contact.passes(&v, &way, next) {
             (self.now.a, self.now.at, self.stale) = (a, at, true);
@@ -324,6 +328,7 @@ impl Frames {
 
     /// New factors where the old ones are too old: at once on a long way, else by the other thread.
     fn refresh(&mut self, at_once: bool) {
+        // By way, not by frames: a tube at rest needs no new factors.
         let old = self.ways[0] > self.settings.refresh;
         if (at_once || self.settings.delay == 0) && old {
             self.renew();
@@ -341,6 +346,7 @@ impl Frames {
     fn renew(&mut self) -> bool {
         // What the other thread makes is older than what is made now, but its memory is needed.
         self.factors.take_up(u64::MAX);
+        // Where none can be made, as tissue is about to slip, the old one is all there is.
         let made = self.factors.make_now(&self.system, &self.now.a);
         if made {
             (self.ways, self.stale) = ([0.0; 2], false);

@@ -29,10 +29,12 @@ impl Dense {
         self.factor.extend_from_slice(matrix.as_slice());
         self.diagonal.clear();
         self.diagonal.extend(matrix.diagonal().iter().take(count));
+        // As in a front: the columns to eliminate are one panel, the others take what it leaves.
         let (panel, rest) = self.factor.split_at_mut(count * self.size);
         if eliminate(panel, self.size, &self.diagonal, 1, &mut self.scratch) != Ok(0) {
             return false;
         }
+        // Within the panel columns were brought up to date as they went; those beside it at once, by a product.
         if count > 0 && count < self.size {
             let done = Factor {
                 columns: panel,

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use simulation::space::system::System;
 use simulation::space::term::Springs;
 
+use super::body::Body;
 use super::labels::Labels;
-use super::model::Body;
 use super::plan::{Attachment, Plan};
 use super::way::Way;
 use crate::scene::{Checked, invalid};

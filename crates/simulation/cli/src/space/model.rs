@@ -1,14 +1,15 @@
 //! The model that a scene and its label map describe: organs, what holds them, and the tube at its first touch.
 
 use nalgebra::Vector3;
-use simulation::space::cells::{Facts, Field, LabelField, Mesh, NoRegion};
+use simulation::space::cells::Field;
 use simulation::space::solid::Deformable;
 use simulation::space::system::System;
 use simulation::space::term::{Springs, TubeContact};
 
+use super::body::Body;
 use super::hold::{self, Held};
 use super::labels::Labels;
-use super::plan::{Organ, Plan};
+use super::plan::Plan;
 use super::way::Way;
 use crate::scene::{Checked, invalid};
 
@@ -16,17 +17,6 @@ use crate::scene::{Checked, invalid};
 const CONTACT: f64 = 60.0;
 /// The tube is put so little before the place where it first touches, mm.
 const BEFORE: f64 = 1e-6;
-
-/// An organ in the model.
-#[derive(Debug)]
-pub(super) struct Body {
-    pub(super) name: String,
-    pub(super) label: u16,
-    pub(super) field: LabelField,
-    /// The same that its solid has.
-    pub(super) mesh: Mesh,
-    pub(super) facts: Facts,
-}
 
 /// What a scene describes. Places are in the label map's own axes.
 #[derive(Debug)]
@@ -54,7 +44,7 @@ impl Model {
         let mut system = System::new();
         let mut bodies = Vec::new();
         for (k, organ) in plan.organs.iter().enumerate() {
-            let body = body(k, organ, labels, &way)?;
+            let body = Body::new(k, organ, labels, &way)?;
             let solid = Deformable::new(body.mesh.clone(), organ.material, Vector3::zeros());
             let solid =
                 solid.map_err(|why| invalid(format!("organs.{k}.poisson"), why, "a ratio that its elements can do"))?;
@@ -139,31 +129,6 @@ fn present(plan: &Plan, labels: &Labels) -> Checked<()> {
         }
     }
     Ok(())
-}
-
-fn body(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Body> {
-    let key = |last: &str| format!("organs.{k}.{last}");
-    let field = LabelField::new(&labels.map(), organ.label, &organ.smoothing).map_err(|why| match why {
-        NoRegion::Smoothing { .. } | NoRegion::Lost { .. } => invalid(key("smoothing"), why, "less of it"),
-        NoRegion::Parts { .. } => invalid(key("label"), why, "one part, or parts = \"largest\""),
-        _ => invalid(key("label"), why, "a label of the map"),
-    })?;
-    let (settings, last) = (&organ.settings, way.last(&field));
-    let refine = |low: &Vector3<f64>, high: &Vector3<f64>| {
-        let level = (settings.side / (high.x - low.x)).log2().round().max(0.0) as usize;
-        // The distance of its middle less half of its diagonal: no cube near the way is left out.
-        let near = way.off_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
-        organ.within.get(level).is_some_and(|reach| near < *reach)
-    };
-    let mesh = Mesh::new(&field, field.corners, settings, &refine);
-    let mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
-    Ok(Body {
-        name: organ.name.clone(),
-        label: organ.label,
-        facts: field.facts,
-        field,
-        mesh,
-    })
 }
 
 /// How far the tip goes until it first touches a point of a surface; refused where it starts in tissue, or meets none.

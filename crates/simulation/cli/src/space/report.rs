@@ -6,9 +6,10 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use simulation::space::cells::Facts;
 
+use super::body::Body;
 use super::hold::How;
 use super::labels::Labels;
-use super::model::{Body, Model};
+use super::model::Model;
 use super::plan::Plan;
 use super::run::Run;
 use super::words;

@@ -91,6 +91,7 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
     if found > 0 {
         return Err(NoCorrection::Contacts { found });
     }
+    // Contact in the root needs its unknowns named before anything is eliminated.
     let spots = touching.map_or_else(Vec::new, |t| spots(system, a, t));
     let mut root: Vec<usize> = spots.iter().flat_map(|s| s.row.iter().map(|r| r.0)).collect();
     root.sort_unstable();
@@ -104,15 +105,18 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
     let (start, mut a) = (a.to_vec(), a.to_vec());
     let (mut left, mut before, mut factors) = (f64::INFINITY, f64::INFINITY, 0);
     for pass in 0..PASSES {
+        // Factors serve until they no longer bring the state on.
         if pass == 0 || left > SLOW * before {
             factor(system, &a, &mut ldl)?;
             factors += 1;
         }
         let by = way(system, &a, &ldl, &mut pressed)?;
         let part = step(system, &mut a, &by).ok_or(NoCorrection::State)?;
+        // The tube stands; the points of the surface are where the step took them.
         pressed.moved(&a, &start);
         let all = largest(a.iter().zip(&start).map(|(a, s)| a - s));
         before = left;
+        // Beside the whole way: the state that was taken over may be near already.
         left = largest(by.into_iter()) / all.max(f64::MIN_POSITIVE);
         if left <= LAST && part == 1.0 {
             break;

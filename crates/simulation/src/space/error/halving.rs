@@ -68,6 +68,7 @@ fn nearest(grid: &Grid, at: &Vector3<f64>) -> Vector3<f64> {
         // A little inside: on a face rounding might lead out again.
         let inset = (high - low) * 1e-9;
         let place = at.sup(&(low + inset)).inf(&(high - inset));
+        // A cube that holds a node of the finer mesh may not exist in the coarser, where it was all but empty.
         let far = (place - at).norm_squared();
         if far < best.0 {
             best = (far, place);

@@ -30,6 +30,7 @@ impl Jumps {
     pub fn new(mesh: &Mesh, material: &Material, a: &[f64]) -> Option<Self> {
         let parts = mesh.parts();
         let mut fields = Vec::with_capacity(parts.len());
+        // A cube that is nearly empty shares the dilatations of its neighbour: no face between the two counts.
         let mut owner = vec![0; mesh.cubes().len()];
         let mut volume = vec![0.0; mesh.cubes().len()];
         for (number, ((cubes, points), element)) in parts.iter().zip(&mesh.elements).enumerate() {
@@ -57,6 +58,7 @@ impl Jumps {
                 // How much of a face is inside is not known: at most so much of it as of either cube.
                 let share = fill(k).min(fill(j));
                 let energy = face.jump(&fields[owner[k]], &fields[owner[j]]) * share / material.lame.mu;
+                // Half to either side, as in Kelly's estimate.
                 sums[k] += 0.5 * energy;
                 sums[j] += 0.5 * energy;
             }
@@ -73,6 +75,7 @@ impl Jumps {
 
     /// The fewest cubes that have this part of the sum, from 0 to 1: those to be halved ([`super::halved`]).
     pub fn worst(&self, part: f64) -> BTreeSet<Cell> {
+        // By energy, and of equal ones by place: the same choice in every run.
         let mut order: Vec<&(Cell, f64)> = self.cubes.iter().collect();
         order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
         let (all, mut sum, mut chosen) = (self.sum(), 0.0, BTreeSet::new());
@@ -115,6 +118,7 @@ impl Linear {
                 }
                 _ => state.cauchy,
             };
+            // By least squares with the points' volumes: the nearest linear field to what the points have.
             let basis = basis(&((point.at - centre) / scale));
             moments += basis * basis.transpose() * point.volume;
             sums += basis * SMatrix::<f64, 1, 9>::from_row_slice(piola.as_slice()) * point.volume;

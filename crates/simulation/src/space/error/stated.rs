@@ -34,6 +34,7 @@ impl Stated {
         reach: f64,
     ) -> Self {
         let mut largest = [0.0_f64; 2];
+        // All points of the finer mesh, inside and on the surface: places in between are no farther off by much.
         let inside = fine.0.points().iter().map(|p| (p.at, fine.0.point_row(p)));
         let surface = fine.0.surface.iter().map(|p| (p.at, fine.0.surface_row(p)));
         for (at, row) in inside.chain(surface) {

@@ -88,6 +88,7 @@ impl Contact {
                 .filter(|(_, p)| *p > 0.0)
         };
         let area: f64 = pressing().map(|(area, _)| area).sum();
+        // Where no point presses yet, all depths cost nothing: the energy alone decides, and no step can be deeper than half the radius.
         let mean = pressing().map(|(area, p)| area * p).sum::<f64>() / area.max(f64::MIN_POSITIVE);
         let cost = |k: &usize| {
             let depth = (-self.touches.distance(*k, v, tube).value).max(0.0);
@@ -127,6 +128,7 @@ impl Contact {
         tube: &Tube,
         wanted: &Wanted,
     ) -> Option<Vec<f64>> {
+        // Points at the tube are known only once the step is: those that turn out to be in it are taken in, and the step is made anew.
         let (mut around, mut part) = (v.to_vec(), REACH_PART);
         for _ in 0..MOST_TRIES {
             self.gather(model, factor, pressures, &around, tube, part)?;
@@ -136,6 +138,7 @@ impl Contact {
                 .flat_map(|n| &model.forces[3 * n..3 * n + 3])
                 .copied()
                 .collect();
+            // Nodes that are not at the tube are eliminated by the same factor for all rounds of contact.
             self.others.forward(&mut x);
             let first = x.len() - 3 * self.local.touches.nodes();
             let own: Vec<f64> = self
@@ -148,6 +151,7 @@ impl Contact {
                 stiffness: &self.rest,
                 forces: &x[first..],
             };
+            // Off the tube there is nothing to solve for: the others' forces alone make the step.
             let y = match own.is_empty() {
                 true => Vec::new(),
                 false => self.local.solve(&local, &own, tube, wanted)?,
@@ -161,6 +165,7 @@ impl Contact {
             for (point, pressure) in self.points.iter().zip(&self.local.pressures) {
                 pressures[*point] = *pressure;
             }
+            // Depths at the end of the step, of all points and not of those alone that took part.
             around = v.iter().zip(&step).map(|(v, y)| v + y).collect();
             if self.depth(&around, tube) <= wanted.depth {
                 return Some(step);
@@ -186,6 +191,7 @@ impl Contact {
             .collect();
         let mut known = vec![false; distances.len()];
         self.points.iter().for_each(|point| known[*point] = true);
+        // Twofold reach: who comes near must take part, and who takes part was taken from farther away, so that the elimination serves several frames.
         let missing = |k: usize| !known[k] && (distances[k] < NEAR_PART * radius || pressures[k] > 0.0);
         let renewed = self.factor == 0 || (0..distances.len()).any(missing);
         if renewed {

@@ -32,6 +32,7 @@ impl Factor {
     fn make(&mut self, system: &System, a: &[f64]) {
         self.whole = [false, true].into_iter().any(|convex| {
             system.hessian(a, convex, &mut self.matrix).is_some_and(|()| {
+                // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
                 let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
                 self.matrix.fix(system.fixed(), scale);
                 self.ldl.take(&self.matrix);
@@ -153,6 +154,7 @@ impl Factors {
 
     /// One that is not whole is left aside: the old one still serves.
     fn adopt(&mut self, next: Box<Factor>) -> bool {
+        // The one that goes out of use is where the next is made: two are enough.
         let whole = next.whole;
         self.spare = Some(if whole {
             std::mem::replace(&mut self.now, next)

@@ -47,6 +47,7 @@ impl Mix {
     /// likewise.
     fn mixed(&self, a: &[f64], step: &[f64], pressures: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
         let count = self.last.len();
+        // Differences to the newest: the constraint that parts sum to one is then in the form itself.
         let differences: Vec<Vec<f64>> = self.last.iter().map(|old| less(step, &old.step)).collect();
         let gram = DMatrix::from_fn(count, count, |i, j| dot(&differences[i], &differences[j]));
         let right = DVector::from_fn(count, |i, _| dot(&differences[i], step));

@@ -76,6 +76,7 @@ impl Reduced {
     /// was found.
     pub(super) fn solve(&mut self, model: &Model<'_>, v: &[f64], tube: &Tube, wanted: &Wanted) -> Option<Vec<f64>> {
         let count = model.forces.len();
+        // A stiffness of contact in the scale of what it presses: as soft as rounding lets it converge, as stiff as few rounds need.
         let mean = model.stiffness.trace() / count.max(1) as f64;
         let first = STIFFNESS_PART * mean / self.touches.mean_area();
         self.stiffness = first;
@@ -114,6 +115,7 @@ impl Reduced {
             if norm(&at.1) <= force {
                 return Some(());
             }
+            // Forces that are small enough cost no step: rounds near the end are updates of pressures alone.
             self.steps += 1;
             let step = self.newton(model, v, tube, y, &at.1)?;
             let slope: f64 = -step.iter().zip(&at.1).map(|(s, f)| s * f).sum::<f64>();

@@ -70,6 +70,7 @@ impl Frames {
         self.mix.clear();
         let mut v = Vec::new();
         self.contact.touches.take(&self.now.a, &mut v);
+        // Before any step: what begins too deep would be led out on the other side.
         self.watch(tube, &self.now.a, &v)?;
         let (mut found, before) = (Found::default(), self.contact.steps());
         let (mut free, mut slow) = (f64::INFINITY, 0);
@@ -86,6 +87,7 @@ impl Frames {
             };
             self.stale = true;
             found.steps += 1;
+            // Displacements are what a picture shows: the largest one is told, not a norm.
             let moved = next.a.iter().zip(&self.now.a).map(|(n, a)| (n - a).abs());
             // A step that was halved says nothing about what is left.
             found.last = moved.fold(0.0, f64::max) / next.part;
@@ -102,6 +104,7 @@ impl Frames {
             if found.residual <= self.settings.tolerance && found.depth <= self.settings.depth {
                 break;
             }
+            // A stale factor shows by steps that leave most of the free forces; the first step has nothing to be held against.
             slow += usize::from(found.steps > 1 && found.rate > HALTING_RATE);
             if slow == MOST_SLOW && self.renew_old() {
                 free = f64::INFINITY;
@@ -141,6 +144,7 @@ impl Frames {
             .solve(&model, self.factors.number, &mut pressures, v, tube, &wanted);
         let y = solved.ok_or(Refused::NoContact)?;
         let step = ldl.back(&reduced, &y);
+        // Mixed in the space of whole steps: each is a step of the same map from states to states, as the factor does not change meanwhile.
         let mixed = self.mix.next(&self.now.a, &step, &pressures);
         self.line(tube, v, (step, pressures), mixed, last)
             .ok_or(Refused::NoStep)

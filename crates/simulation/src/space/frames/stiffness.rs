@@ -64,6 +64,7 @@ impl Contact {
             return Some(stiffness);
         }
         let (local, model) = self.local();
+        // Far stiffer than in a search: a derivative takes one linear solution, and what is left falls by this ratio each round.
         let mean_area = pressing.iter().map(|p| p.area).sum::<f64>() / pressing.len() as f64;
         let stiff = STIFFNESS_PART * model.trace() / model.nrows() as f64 / mean_area;
         let mut matrix: DMatrix<f64> = model.clone();
@@ -76,6 +77,7 @@ impl Contact {
             return None;
         }
         for (k, mut column) in stiffness.column_iter_mut().enumerate() {
+            // One column for each motion of the tube.
             let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == k)));
             let motion = (
                 unit.fixed_rows::<3>(0).into_owned(),
@@ -124,6 +126,7 @@ impl Contact {
                     + p.normal * (more + stiff * p.normal.dot(&p.carried(motion)));
                 local.push(p.point, &(pushed * p.area), &mut y);
             }
+            // Points follow the tube by a spring each, as stiff as that, and by what pressures have gained.
             dense.solve(&mut y);
             let moved: Vec<Vector3<f64>> = pressing.iter().map(|p| local.displacement(p.point, &y)).collect();
             let mut left = 0.0_f64;

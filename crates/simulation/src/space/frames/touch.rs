@@ -38,6 +38,7 @@ impl Touches {
         for point in 0..solid.points() {
             let (at, normal, area) = solid.reference(point);
             if wanted(&at, &normal) {
+                // Weights of zero would tie nodes to the root that nothing moves.
                 let row = solid.combination(point).ok_or(NoFrames::NotNodal { body, point })?;
                 let first = global.len();
                 global.extend(row.iter().filter(|(_, weight)| *weight != 0.0));
@@ -50,6 +51,7 @@ impl Touches {
         if points.is_empty() {
             return Err(NoFrames::NoPoint { body });
         }
+        // Nodes in ascending order: their unknowns lie in the root as they do in the system.
         let rows = global
             .iter()
             .map(|(node, weight)| (nodes.partition_point(|n| n < node) as u32, *weight));
@@ -80,6 +82,7 @@ impl Touches {
             points: Vec::with_capacity(points.len()),
             rows: Vec::new(),
         };
+        // Areas and reference places are those of the point, rows those of fewer nodes.
         for point in points {
             let first = only.rows.len();
             let row = self.row(*point).iter();

@@ -94,6 +94,7 @@ impl Frames {
             let at = contact.touches.at(point, &v);
             let distance = tube.signed_distance(&at);
             sum.depth = sum.depth.max(-distance.value);
+            // By the pressures, not by depths: at the end there are none.
             if self.now.pressures[point] > 0.0 {
                 let area = contact.touches.area(point);
                 let on_tube = distance.gradient * (-area * self.now.pressures[point]);

@@ -26,6 +26,7 @@ impl Sums {
         }
         let mut sums = Self::default();
         for elements in by_table.values() {
+            // What is left of a table's elements goes with those that share theirs with no other.
             let (fours, rest) = elements.as_chunks::<CELLS>();
             sums.fours.extend(fours);
             sums.rest.extend(rest);
@@ -94,6 +95,7 @@ impl Sums {
         };
         for four in &self.fours {
             let (table, u) = (mesh.table(element(mesh, four[0])), u.of_four(mesh, *four, a));
+            // All four or none: what one of them lacks the whole matrix lacks.
             if lanes.stiffness(table, material, u, convex, &mut packed) != [true; CELLS] {
                 return None;
             }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use simulation::space::cells::Field;
 use simulation::space::law::Material;
 
-use super::super::model::Body;
+use super::super::body::Body;
 use super::super::raw::RawSpaceField;
 use super::skin::{Samples, displacement};
 

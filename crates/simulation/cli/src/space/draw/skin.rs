@@ -6,8 +6,8 @@ use simulation::space::cells::Field;
 use surface::nets::{Lattice, extract};
 use surface::{MOST_TRIANGLES, Mesh};
 
+use super::super::body::Body;
 use super::super::labels::Labels;
-use super::super::model::Body;
 
 /// Places of an undeformed surface, the triangles between them, and what moves them.
 #[derive(Debug, Clone)]

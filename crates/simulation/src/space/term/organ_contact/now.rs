@@ -26,6 +26,7 @@ impl<'a> Now<'a> {
             contact,
             bodies,
             a,
+            // Anew for each state: the surface moves with the unknowns.
             tree: Tree::new(points.collect()),
         }
     }
@@ -53,6 +54,7 @@ impl<'a> Now<'a> {
     /// A point that is near the other, pulled back.
     pub(super) fn pulled(&self, touch: &Touch) -> Option<Pulled> {
         let (x, (solid, part)) = (self.point(touch), self.other());
+        // From the point of the surface that is nearest now, so that Newton's method begins in the right cube.
         let (nearest, apart) = self.tree.nearest_given(&x)?;
         if apart > self.seen() && touch.pressure <= 0.0 {
             return None;
@@ -100,6 +102,7 @@ impl<'a> Now<'a> {
                 axis: 0,
             });
         });
+        // What the point meets moves too: its nodes count with the opposite sign.
         let offset = self.bodies.offset(self.contact.other);
         for (share, axis) in pulled
             .shares

@@ -1,0 +1,49 @@
+//! An organ of a model: its label's region and the mesh over it.
+
+use nalgebra::Vector3;
+use simulation::space::cells::{Facts, LabelField, Mesh, NoRegion};
+
+use super::labels::Labels;
+use super::plan::Organ;
+use super::way::Way;
+use crate::scene::{Checked, invalid};
+
+/// An organ in the model.
+#[derive(Debug)]
+pub(super) struct Body {
+    pub(super) name: String,
+    pub(super) label: u16,
+    pub(super) field: LabelField,
+    /// The same that its solid has.
+    pub(super) mesh: Mesh,
+    pub(super) facts: Facts,
+}
+
+impl Body {
+    /// # Errors
+    /// [`scene::Invalid`] where the label gives no region or its cubes no mesh.
+    pub(super) fn new(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Self> {
+        let key = |last: &str| format!("organs.{k}.{last}");
+        let field = LabelField::new(&labels.map(), organ.label, &organ.smoothing).map_err(|why| match why {
+            NoRegion::Smoothing { .. } | NoRegion::Lost { .. } => invalid(key("smoothing"), why, "less of it"),
+            NoRegion::Parts { .. } => invalid(key("label"), why, "one part, or parts = \"largest\""),
+            _ => invalid(key("label"), why, "a label of the map"),
+        })?;
+        let (settings, last) = (&organ.settings, way.last(&field));
+        let refine = |low: &Vector3<f64>, high: &Vector3<f64>| {
+            let level = (settings.side / (high.x - low.x)).log2().round().max(0.0) as usize;
+            // The distance of its middle less half of its diagonal: no cube near the way is left out.
+            let near = way.off_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
+            organ.within.get(level).is_some_and(|reach| near < *reach)
+        };
+        let mesh = Mesh::new(&field, field.corners, settings, &refine);
+        let mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
+        Ok(Self {
+            name: organ.name.clone(),
+            label: organ.label,
+            facts: field.facts,
+            field,
+            mesh,
+        })
+    }
+}
