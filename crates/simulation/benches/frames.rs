@@ -3,7 +3,7 @@
 //! The named alternative, in the same run on the same mesh: Newton's method from the last state with new factors at every step and the
 //! same tolerance (`settle`). Errors are differences to states of `settle` at 1e-8.
 //!
-//! `cargo bench -p simulation --bench frames [-- 20mm_s 100mm_s jump]`; results in `out/bench/solids-frames.csv`.
+//! `cargo bench -p simulation --bench frames [-- 20mm_s 100mm_s jump kidney]`; results in `out/bench/solids-frames.csv`.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -11,18 +11,25 @@
 
 #[path = "../tests/space/block.rs"]
 mod block;
+#[path = "assembly/regions.rs"]
+mod regions;
 mod shared;
 
 use std::time::{Duration, Instant};
 
 use block::{Grid, pose};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3, Vector3};
 use shared::{now, say_load, write_csv};
 use simulation::control::{Newton, Settings as Control};
+use simulation::law::Law;
+use simulation::space::cells::{LabelField, Mesh, Settings as Cells};
 use simulation::space::equilibrium::{Tolerance, settle};
 use simulation::space::frames::{Frame, Frames, Settings, State};
+use simulation::space::law::Material;
+use simulation::space::solid::Deformable;
 use simulation::space::system::System;
-use simulation::space::term::TubeContact;
+use simulation::space::term::{Springs, TubeContact};
+use simulation::space::tube::Tube;
 use simulation::sparse::Dissection;
 
 const HEADER: &str = "unknowns,root,mm_s,frames,not_settled,steps,cpu_median_ms,cpu_95_ms,cpu_worst_ms,clock_median_ms,clock_95_ms,clock_worst_ms,force_off_n,places_off_mm,newton_ms";
@@ -221,6 +228,80 @@ fn jump(grid: Grid, depth: f64, settings: Settings) {
     );
 }
 
+/// A kidney of 5 kPa on a bed, pushed from the side by a tube of 10 mm; smaller cubes about its tip.
+fn kidney(field: &LabelField) -> Frames {
+    let whole = Mesh::new(field, field.corners, &Cells::of_side(12.0), &|_, _| false).unwrap();
+    let right = whole
+        .surface
+        .iter()
+        .max_by(|a, b| a.at.x.total_cmp(&b.at.x))
+        .unwrap()
+        .at;
+    let middle = 0.5 * (field.corners[0].x + field.corners[1].x);
+    let near = |low: &Vector3<f64>, high: &Vector3<f64>| (right.sup(low).inf(high) - right).norm() < 12.0;
+    let settings = Cells {
+        levels: 1,
+        ..Cells::of_side(12.0)
+    };
+    let mesh = Mesh::new(field, field.corners, &settings, &near).unwrap();
+    let mut system = System::new();
+    let material = Material::new(Law::NeoHookean, 5e-3, 0.49).unwrap();
+    system.add(Deformable::new(mesh, material, Vector3::zeros()).unwrap());
+    let bed = Springs::new(&system.bodies, 0, |x, _| if x.x < middle { 0.005 } else { 0.0 }, |x| *x);
+    system.others.push(Box::new(bed));
+    let tip = Point3::new(right.x + 5.0, right.y, right.z);
+    let tube = Tube::straight(tip, Vector3::x(), 200.0, 5.0).unwrap();
+    let a = system.initial();
+    let wanted = |x: &Vector3<f64>, _: &Vector3<f64>| (x - right).norm() < 22.0;
+    Frames::new(system, a, 0, tube, Settings::default(), wanted).unwrap()
+}
+
+/// The kidney pushed 20 mm in and out at 20 mm/s.
+fn strokes_of_kidney(field: &LabelField) {
+    let mut frames = kidney(field);
+    let start = *frames.tube().pose();
+    let mut times = Times {
+        cpu: Vec::new(),
+        wall: Vec::new(),
+    };
+    let (mut steps, mut unsettled, mut least, mut force) = (0, 0, f64::INFINITY, Vec::new());
+    let mut due = Instant::now();
+    for depth in stroke(20.0) {
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        due = Instant::now() + Duration::from_secs_f64(1.0 / RATE);
+        let mut pose = start;
+        pose.translation.vector.x -= depth;
+        let frame = times.of(|| frames.frame(&pose));
+        steps += frame.steps;
+        unsettled += usize::from(frame.state != State::Settled);
+        if frame.state != State::Settled {
+            println!("  {depth:.2} mm: {:?}, residual {:.1e}", frame.state, frame.residual);
+        }
+        least = f64::min(least, frame.least_determinant);
+        force.push(frame.force.force.norm());
+    }
+    let count = times.cpu.len();
+    let [cpu, wall] = [times.cpu, times.wall].map(Times::three);
+    println!(
+        "kidney, {:6} unknowns, root {:4}, 20 mm/s, {count} frames, {unsettled} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
+         least det F {least:.2}, force at 5, 10, 15, 20 mm {:.3} {:.3} {:.3} {:.3} N, at the end {:.1e} N",
+        frames.state().len(),
+        frames.root_size(),
+        steps as f64 / count as f64,
+        cpu[0],
+        cpu[1],
+        cpu[2],
+        wall[0],
+        wall[1],
+        wall[2],
+        force[14],
+        force[29],
+        force[44],
+        force[59],
+        force[count - 1],
+    );
+}
+
 fn main() {
     say_load();
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
@@ -234,6 +315,12 @@ fn main() {
         }
         if does("jump") {
             jump(grid, STROKE, Settings::default());
+        }
+    }
+    if does("kidney") {
+        match regions::kidney() {
+            Some(field) => strokes_of_kidney(&field),
+            None => println!("no kidney: TROCAR_SHARED does not name its folder"),
         }
     }
     say_load();

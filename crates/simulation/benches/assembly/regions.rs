@@ -1,5 +1,7 @@
 //! The meshes.
 
+#![allow(dead_code, reason = "each benchmark is a crate of its own and uses its part")]
+
 use std::io::Read;
 use std::path::PathBuf;
 
@@ -77,7 +79,7 @@ fn bean() -> LabelField {
 }
 
 /// Label 2 of a segmented CT of bytes, 3 mm voxels.
-fn kidney() -> Option<LabelField> {
+pub(crate) fn kidney() -> Option<LabelField> {
     let folder = std::env::var_os("TROCAR_SHARED").map_or_else(
         || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"),
         PathBuf::from,

@@ -97,10 +97,13 @@ impl Contact {
         self.points.iter().map(cost).sum()
     }
 
-    /// The deepest point in a tube, mm; 0 where none is.
-    fn depth(&self, v: &[f64], tube: &Tube) -> f64 {
+    /// The deepest point in a tube that is not among those at it, mm; 0 where none is.
+    fn depth_of_others(&self, v: &[f64], tube: &Tube) -> f64 {
+        let mut own = vec![false; self.touches.len()];
+        self.points.iter().for_each(|point| own[*point] = true);
+        let others = (0..own.len()).filter(|point| !own[*point]);
         let depth = |point| -self.touches.distance(point, v, tube).value;
-        (0..self.touches.len()).map(depth).fold(0.0, f64::max)
+        others.map(depth).fold(0.0, f64::max)
     }
 
     /// The points at the tube, by those of all.
@@ -118,7 +121,7 @@ impl Contact {
         &self.order[self.order.len() - self.local.touches.nodes()..]
     }
 
-    /// The step of the root that balances the forces of factor number `factor` without depth. `None` where none was found.
+    /// The step of the root that balances the forces of factor number `factor` without depth, as far as it was found. `None` where there is none.
     pub(super) fn solve(
         &mut self,
         model: &Model<'_>,
@@ -129,7 +132,7 @@ impl Contact {
         wanted: &Wanted,
     ) -> Option<Vec<f64>> {
         // Points at the tube are known only once the step is: those that turn out to be in it are taken in, and the step is made anew.
-        let (mut around, mut part) = (v.to_vec(), REACH_PART);
+        let (mut around, mut part, mut last) = (v.to_vec(), REACH_PART, None);
         for _ in 0..MOST_TRIES {
             self.gather(model, factor, pressures, &around, tube, part)?;
             let mut x: Vec<f64> = self
@@ -165,14 +168,15 @@ impl Contact {
             for (point, pressure) in self.points.iter().zip(&self.local.pressures) {
                 pressures[*point] = *pressure;
             }
-            // Depths at the end of the step, of all points and not of those alone that took part.
             around = v.iter().zip(&step).map(|(v, y)| v + y).collect();
-            if self.depth(&around, tube) <= wanted.depth {
-                return Some(step);
+            last = Some(step);
+            // Depths of those that took part are the solution's own; of all others none may be in the tube unseen.
+            if self.depth_of_others(&around, tube) <= wanted.depth {
+                break;
             }
             part *= 2.0;
         }
-        None
+        last
     }
 
     /// Takes in the points at the tube where one that is near, or that presses, is not among them yet.

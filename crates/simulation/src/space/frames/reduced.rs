@@ -72,8 +72,8 @@ impl Reduced {
         energy
     }
 
-    /// The step `y` that balances the model's forces without depth; pressures are then those that it takes. `None` where none
-    /// was found.
+    /// The step `y` that balances the model's forces without depth, or as far as rounds and steps led towards it; pressures are those
+    /// of the last round. `None` where it is not finite.
     pub(super) fn solve(&mut self, model: &Model<'_>, v: &[f64], tube: &Tube, wanted: &Wanted) -> Option<Vec<f64>> {
         let count = model.forces.len();
         // A stiffness of contact in the scale of what it presses: as soft as rounding lets it converge, as stiff as few rounds need.
@@ -83,7 +83,10 @@ impl Reduced {
         let (mut y, mut last, mut force) = (vec![0.0; count], f64::INFINITY, wanted.force);
         for _ in 0..MOST_ROUNDS {
             let (floor, steps) = (self.rounding(v), self.steps);
-            self.balance(model, v, tube, force.max(floor), &mut y)?;
+            // Forces that do not balance all the way still lead on: the energy of the whole decides how far.
+            if self.balance(model, v, tube, force.max(floor), &mut y).is_none() {
+                break;
+            }
             let (change, depth) = self.update(&moved(v, &y, 1.0), tube);
             if change <= force.max(floor) && depth <= wanted.depth {
                 return Some(y);
@@ -96,7 +99,7 @@ impl Reduced {
             }
             last = change;
         }
-        None
+        y.iter().all(|y| y.is_finite()).then_some(y)
     }
 
     /// What rounding leaves of the forces: of places, times the stiffness of contact.
