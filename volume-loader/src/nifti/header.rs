@@ -21,8 +21,10 @@ pub(crate) struct Header {
     pub offset: u64,
     /// HU = `scale[0]` * stored + `scale[1]`; absent where the file stores HU.
     pub scale: Option<[f64; 2]>,
-    /// Which orientation was taken, and what was doubtful.
-    pub notes: Vec<String>,
+    /// Which orientation was taken.
+    pub form: String,
+    /// What is doubtful about it, a sentence each.
+    pub doubts: Vec<String>,
 }
 
 impl Header {
@@ -36,7 +38,7 @@ impl Header {
         let sample = sample(&fields)?;
         let offset = offset(&fields)?;
         let scale = scale(&fields, sample)?;
-        let (ct_from_voxel, notes) = orientation::ct_from_voxel(&fields)?;
+        let (ct_from_voxel, form, doubts) = orientation::ct_from_voxel(&fields)?;
         let grid = VolumeGrid::checked(dims, ct_from_voxel)?;
         Ok(Self {
             layout,
@@ -44,7 +46,8 @@ impl Header {
             grid,
             offset,
             scale,
-            notes,
+            form,
+            doubts,
         })
     }
 

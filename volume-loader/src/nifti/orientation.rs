@@ -18,12 +18,12 @@ const HALF_TURN: f64 = 1e-7;
 
 type Rows = [[f64; 4]; 3];
 
-/// The map to the patient, and remarks for a person.
+/// The map to the patient, which form it is by, and what is doubtful.
 ///
 /// # Errors
 /// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`].
-pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, Vec<String>), HeaderError> {
-    let (mm, mut notes) = mm_per_unit(fields.units)?;
+pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, String, Vec<String>), HeaderError> {
+    let (mm, mut doubts) = mm_per_unit(fields.units)?;
     let lps_mm = |ras: Rows| Affine::from_rows(lps_from_ras(ras).map(|row| row.map(|v| v * mm)));
     let (sform, qform) = (fields.sform_code, fields.qform_code);
     // A code that nobody defined is a damaged header, of which no form can be relied on.
@@ -34,15 +34,14 @@ pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, Vec<S
         return Err(HeaderError::NoOrientation { sform, qform });
     }
     if sform <= 0 {
-        notes.push(format!("oriented by qform {qform}"));
-        return Ok((lps_mm(ras_from_qform(fields)?), notes));
+        let form = format!("oriented by qform {qform}");
+        return Ok((lps_mm(ras_from_qform(fields)?), form, doubts));
     }
-    notes.push(format!("oriented by sform {sform}"));
     let chosen = lps_mm(fields.srow);
     if qform > 0 {
-        notes.extend(disagreement(fields, chosen, ras_from_qform(fields).map(lps_mm)));
+        doubts.extend(disagreement(fields, chosen, ras_from_qform(fields).map(lps_mm)));
     }
-    Ok((chosen, notes))
+    Ok((chosen, format!("oriented by sform {sform}"), doubts))
 }
 
 /// RAS to LPS and back: the same change.

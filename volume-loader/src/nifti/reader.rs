@@ -8,7 +8,7 @@ use super::error::HeaderError;
 use super::fields::Layout;
 use super::header::Header;
 use crate::raster::{MAX_TRAIL, PADDING_HU, Part, PlainSlices};
-use crate::source::{Conversion, Place, ReadError, SliceReader, Turn, VoxelSource};
+use crate::source::{Conversion, Facts, Place, ReadError, SliceReader, Turn, VoxelSource};
 use crate::stream::Stream;
 use crate::voxels::Decoder;
 
@@ -128,8 +128,17 @@ impl VoxelSource for NiftiSource {
             self.stream.path().display(),
             layout.version,
             self.header.sample,
-            self.header.notes.join("; ")
+            [std::slice::from_ref(&self.header.form), &self.header.doubts]
+                .concat()
+                .join("; ")
         )
+    }
+
+    fn facts(&self) -> Facts {
+        Facts {
+            warnings: self.header.doubts.clone(),
+            ..Facts::default()
+        }
     }
 
     fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {

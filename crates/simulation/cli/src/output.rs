@@ -19,6 +19,20 @@ pub(crate) const MOST_FRAMES: usize = 60;
 /// How long each is shown.
 pub(crate) const FRAME_MS: u16 = 80;
 
+/// What runs write, of scenes in the plane and in space.
+const RESULTS: [&str; 10] = [
+    "result.json",
+    "start.png",
+    "shape.png",
+    "gradient.png",
+    "energy.png",
+    "von-mises.png",
+    "principal.png",
+    "cuts.png",
+    "strip.png",
+    "film.png",
+];
+
 /// What can go wrong with the folder.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum OutputError {
@@ -78,6 +92,13 @@ pub(crate) fn folder(path: &Path, overwrite: bool) -> Result<(), OutputError> {
     let mut entries = fs::read_dir(path).map_err(io)?;
     if entries.next().is_some() && !overwrite {
         return Err(OutputError::NotEmpty { path: path.to_owned() });
+    }
+    // What an earlier run left must not stand beside, or in place of, what this one finds.
+    for name in RESULTS {
+        match fs::remove_file(path.join(name)) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(io(source)),
+            _ => {}
+        }
     }
     Ok(())
 }

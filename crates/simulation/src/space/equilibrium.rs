@@ -46,6 +46,8 @@ pub struct Equilibrium {
     pub iterations: usize,
     /// Directions in which the energy falls: 0 at a minimum. `None`, not known, where the search was asked for provisional states.
     pub falling: Option<usize>,
+    /// Directions in which the energy stays as it is, as where a solid is free to turn; `None` as above.
+    pub neutral: Option<usize>,
 }
 
 /// Why no state was found.
@@ -103,16 +105,7 @@ pub fn settle(
     a: &mut Vec<f64>,
     tolerance: &Tolerance,
 ) -> Result<Equilibrium, NoEquilibrium> {
-    for fit in system.terms().filter_map(|term| term.fit(&system.bodies, a)) {
-        let (depth, gap, most) = (fit.depth, fit.gap, fit.deepest);
-        // At the most no step could leave any more.
-        if depth >= most {
-            return Err(NoEquilibrium::TooDeep { depth, most });
-        }
-        if gap > most {
-            return Err(NoEquilibrium::TooCoarse { gap, most });
-        }
-    }
+    fits(system, a)?;
     let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
     for round in 1..=MOST_ROUNDS {
         // Pressures stand still while forces are balanced, and change between: either alone is a smooth problem.
@@ -124,6 +117,8 @@ pub fn settle(
         let settled = change.force <= tolerance.change * found.load;
         // Small changes alone could be slow ones: no depth may be left.
         if settled && change.depth <= tolerance.depth * system.bodies.extent() {
+            // What was far away at the start may be met by now, by points too far apart.
+            fits(system, a)?;
             return Ok(Equilibrium {
                 energy: found.energy,
                 residual: found.residual,
@@ -134,9 +129,25 @@ pub fn settle(
                 rounds: round,
                 iterations,
                 falling: (!newton.settings.provisional).then_some(found.stability.falling),
+                neutral: (!newton.settings.provisional).then_some(found.stability.neutral),
             });
         }
     }
     let (change, load, depth) = last;
     Err(NoEquilibrium::Pressures { change, load, depth })
+}
+
+/// Refuses contacts that are too deep to be led out again, or that the points of a surface may not see.
+fn fits(system: &System, a: &[f64]) -> Result<(), NoEquilibrium> {
+    for fit in system.terms().filter_map(|term| term.fit(&system.bodies, a)) {
+        let (depth, gap, most) = (fit.depth, fit.gap, fit.deepest);
+        // At the most no step could leave any more.
+        if depth >= most {
+            return Err(NoEquilibrium::TooDeep { depth, most });
+        }
+        if gap > most {
+            return Err(NoEquilibrium::TooCoarse { gap, most });
+        }
+    }
+    Ok(())
 }

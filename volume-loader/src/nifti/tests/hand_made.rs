@@ -132,10 +132,16 @@ fn qform_turns_and_mirrors() {
 fn disagreeing_orientations_are_told() {
     let mut hand = Hand::counted(false);
     hand.i16(252, 1);
-    assert!(!open_bytes(&hand.bytes).unwrap().describe().contains("qform"));
+    let source = open_bytes(&hand.bytes).unwrap();
+    assert!(!source.describe().contains("qform") && source.facts().warnings.is_empty());
     hand.f32(268, 1.5);
     let told = open_bytes(&hand.bytes).unwrap().describe();
     assert!(told.contains("sform 1") && told.contains("1.5 mm elsewhere"), "{told}");
+    let warnings = open_bytes(&hand.bytes).unwrap().facts().warnings;
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("1.5 mm elsewhere"),
+        "{warnings:?}"
+    );
     assert_eq!(corner(&hand.bytes, 0.0, 0.0, 0.0), [0.0; 3]);
 }
 

@@ -21,6 +21,8 @@ use lattice::{Lattice, Moved};
 use skin::{Samples, Skin};
 
 use super::raw::RawSpaceField;
+use super::run::{is_minimum, stability};
+use crate::draw::view::short;
 
 /// Samples along the largest side of an organ.
 const STEPS: f64 = 48.0;
@@ -211,26 +213,35 @@ impl<'a> Album<'a> {
         canvas.text([8.0, 12.0], "MODEL", 14.0, frame::MODEL, Anchor::Left);
         let (words, colour) = self.said(state);
         canvas.text([66.0, 12.0], &words, 13.0, colour, Anchor::Left);
-        canvas.text([8.0, 31.0], "errors not known", 12.0, frame::QUIET, Anchor::Left);
+        let colours = format!(
+            "errors not known; colours 0 to {} {}",
+            short(self.ramp.high),
+            self.field().1
+        );
+        canvas.text([8.0, 31.0], &colours, 12.0, frame::QUIET, Anchor::Left);
         canvas
     }
 
     fn field(&self) -> (&'static str, &'static str) {
         match self.whole.plan.field {
             RawSpaceField::Displacement => ("displacement, mm", "mm"),
-            RawSpaceField::VonMises => ("von Mises stress, N/mm2", "N/mm2"),
+            RawSpaceField::VonMises => (
+                "von Mises stress, N/mm2; 1 % of the volume is above the colours",
+                "N/mm2",
+            ),
         }
     }
 
     fn said(&self, state: &State) -> (String, Rgb) {
         let mut words = format!("{}, {:.1} mm in", state.label, state.stroke);
-        let good = state.found.is_some_and(|found| found.falling == Some(0));
+        let good = state.found.is_some_and(|found| is_minimum(&found));
         match state.found {
-            Some(_) => words += &format!(", force {:.3} N", state.on_tube.force.norm()),
+            Some(_) => words += &format!(", force on the tube {:.3} N", state.on_tube.force.norm()),
             None => words += ", no force",
         }
-        if state.found.is_some() && !good {
-            words += ", NOT known to be a minimum";
+        if let Some(found) = state.found.filter(|found| !is_minimum(found)) {
+            words += ", ";
+            words += stability(&found);
         }
         (words, if good { frame::WORDS } else { frame::ALARM })
     }

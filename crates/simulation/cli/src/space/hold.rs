@@ -1,9 +1,10 @@
 //! What holds the organs: fixed nodes, ties to what is rigid, and the soft bath around the rest.
 //!
-//! A term for sliding contact with bone or between organs would be made here from a table of its own, and pushed to
-//! `System::others` with the springs.
+//! Sliding contact with bone or between organs would be made here from a table of its own, for `System::obstacles` and
+//! `System::organs`.
 
 use nalgebra::Vector3;
+use simulation::space::cells::Field;
 use simulation::space::system::System;
 use simulation::space::term::Springs;
 
@@ -109,8 +110,17 @@ fn attached(
     let names: Vec<&str> = one.to.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
     let names = names.join(", ");
     let how = how.ok_or_else(|| {
-        let found = format!("no part of {:?} is within {} mm of {names}", body.name, one.within);
-        invalid(key, found, "a distance at which something is held")
+        let what = if one.stiffness.is_none() {
+            "node inside"
+        } else {
+            "point of the surface"
+        };
+        let found = format!("no {what} of {:?} is within {} mm of {names}", body.name, one.within);
+        invalid(
+            key,
+            found,
+            "a distance at which something is held (fixed: nodes, half a cube apart; tied: points of the surface)",
+        )
     })?;
     Ok(Held {
         body: one.organ,
@@ -121,7 +131,8 @@ fn attached(
 
 /// Nodes keep their place; `None` where there is none.
 fn nodes(organ: usize, body: &Body, system: &mut System, near: &dyn Fn(&Vector3<f64>) -> bool) -> Option<How> {
-    let nodes = body.mesh.nodes_where(near);
+    // Nodes of cubes that are cut lie beside the organ too: what is no part of it holds nothing.
+    let nodes = body.mesh.nodes_where(|x| near(x) && body.field.value(x) <= 0.0);
     let offset = system.bodies.offset(organ);
     for node in &nodes {
         (0..3).for_each(|k| system.fixed[offset + 3 * node + k] = true);

@@ -127,7 +127,7 @@ fn advice(why: &NoEquilibrium) -> String {
 impl Run {
     /// Labels of the equilibria that are no minima, or not known to be.
     pub(super) fn saddles(&self) -> Vec<&str> {
-        let wrong = |state: &&State| state.found.is_some_and(|found| found.falling != Some(0));
+        let wrong = |state: &&State| state.found.is_some_and(|found| !is_minimum(&found));
         self.states.iter().filter(wrong).map(|s| s.label.as_str()).collect()
     }
 }
@@ -173,13 +173,9 @@ impl State {
         let Some(found) = &self.found else {
             return self.label.clone();
         };
-        let falling = match found.falling {
-            Some(0) => "a minimum",
-            Some(_) => "a SADDLE",
-            None => "stability not known",
-        };
+        let falling = stability(found);
         format!(
-            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s",
+            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth of points {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s",
             self.label,
             self.stroke,
             self.on_tube.force.norm(),
@@ -192,6 +188,21 @@ impl State {
             found.iterations,
             self.seconds
         )
+    }
+}
+
+/// True where the energy rises in every direction.
+pub(super) fn is_minimum(found: &Equilibrium) -> bool {
+    found.falling == Some(0) && found.neutral == Some(0)
+}
+
+/// What is known of a state's stability, in words.
+pub(super) fn stability(found: &Equilibrium) -> &'static str {
+    match (found.falling, found.neutral) {
+        (Some(0), Some(0)) => "a minimum",
+        (Some(0), Some(_)) => "FREE TO MOVE: nothing holds it in some direction",
+        (Some(_), _) => "a SADDLE",
+        (None, _) => "stability not known",
     }
 }
 

@@ -7,6 +7,8 @@ use simulation::space::tube::{Tube, TubeError};
 /// Where an axis enters an organ is looked for in such steps, mm, and at most so many.
 const LOOK: f64 = 0.5;
 const MOST_LOOKS: f64 = 1e5;
+/// Across it, in rings at most so far from one another, mm.
+const RING: f64 = 1.5;
 
 /// A tube and the way that it is pushed, in the patient or, turned, in the label map's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +29,24 @@ impl Way {
     /// The foremost point of the tip after so much of the way from the entry.
     pub(super) fn tip(&self, gone: f64) -> Vector3<f64> {
         self.entry + self.direction * gone
+    }
+
+    /// Places across the tube's tip when that has gone so far, from the axis to the side.
+    pub(super) fn section(&self, gone: f64) -> Vec<Vector3<f64>> {
+        let middle = self.tip(gone);
+        let (along, other) = (self.direction, self.direction.imin());
+        let right = along.cross(&Vector3::ith(other, 1.0)).normalize();
+        let rings = (self.radius / RING).ceil().max(1.0) as usize;
+        let mut places = vec![middle];
+        for ring in 1..=rings {
+            let radius = self.radius * ring as f64 / rings as f64;
+            let count = 6 * ring;
+            places.extend((0..count).map(|k| {
+                let angle = std::f64::consts::TAU * k as f64 / count as f64;
+                middle + (right * angle.cos() + along.cross(&right) * angle.sin()) * radius
+            }));
+        }
+        places
     }
 
     /// The middle of its round tip.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use simulation::space::cells::Field;
+
 use super::hold::How;
 use super::labels::Labels;
 use super::model::Model;
@@ -131,16 +133,23 @@ pub(super) fn not_modelled(plan: &Plan, labels: &Labels, model: &Model) -> Vec<S
     all
 }
 
-/// Labels on the tube's way that are no organs, with their names where the scene has one.
+/// Labels that the tube passes through and that are no part of a meshed organ, with their names where the scene has one.
 fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
     let way = &model.way;
     let mut found = std::collections::BTreeSet::new();
     let steps = ((way.length + model.free + way.stroke) / LOOK) as usize;
     for k in 0..=steps {
         let gone = model.free + way.stroke - k as f64 * LOOK;
-        let label = labels.at(&way.tip(gone));
-        if label != 0 && model.bodies.iter().all(|b| b.label != label) {
-            found.insert(label);
+        for at in way.section(gone) {
+            let label = labels.at(&at);
+            // Of an organ's label what smoothing took away, or another part of it, is passed through too.
+            let is_meshed = model
+                .bodies
+                .iter()
+                .any(|b| b.label == label && b.field.value(&at) < 0.0);
+            if label != 0 && !is_meshed {
+                found.insert(label);
+            }
         }
     }
     let name = |label: &u16| match plan.rigid.iter().find(|r| r.labels.contains(label)) {

@@ -103,7 +103,7 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
     let mut ldl = Ldl::ordered_by(order);
     let mut pressed = Pressed::new(&root, spots, touching.map(|t| t.tube));
     let (start, mut a) = (a.to_vec(), a.to_vec());
-    let (mut left, mut before, mut factors) = (f64::INFINITY, f64::INFINITY, 0);
+    let (mut left, mut before, mut factors, mut part) = (f64::INFINITY, f64::INFINITY, 0, 1.0);
     for pass in 0..PASSES {
         // Factors serve until they no longer bring the state on.
         if pass == 0 || left > SLOW * before {
@@ -111,7 +111,7 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
             factors += 1;
         }
         let by = way(system, &a, &ldl, &mut pressed)?;
-        let part = step(system, &mut a, &by).ok_or(NoCorrection::State)?;
+        part = step(system, &mut a, &by).ok_or(NoCorrection::State)?;
         // The tube stands; the points of the surface are where the step took them.
         pressed.moved(&a, &start);
         let all = largest(a.iter().zip(&start).map(|(a, s)| a - s));
@@ -122,7 +122,8 @@ pub fn corrected(system: &System, a: &[f64], touching: Option<&Touching<'_>>) ->
             break;
         }
     }
-    if left > MOST_LEFT {
+    // The force is that of the whole step: of a shortened one it is of no state.
+    if left > MOST_LEFT || part < 1.0 {
         return Err(NoCorrection::Unsettled { left });
     }
     Ok(Correction {

@@ -25,6 +25,8 @@ const MOST_HALVINGS: i32 = 10;
 pub(super) struct Found {
     pub(super) residual: f64,
     pub(super) depth: f64,
+    /// The least determinant of the deformation gradient at the points of the elements.
+    pub(super) determinant: f64,
     pub(super) steps: usize,
     pub(super) contact_steps: usize,
     /// The largest displacement of the last step, mm, and what it left of the residual.
@@ -113,6 +115,7 @@ impl Frames {
         self.now.tube = tube.clone();
         found.contact_steps = self.contact.steps() - before;
         self.watch(tube, &self.now.a, &v)?;
+        found.determinant = self.system.least_determinant(&self.now.a);
         Ok(found)
     }
 

@@ -155,7 +155,12 @@ impl Solid for Global {
     }
 
     fn stiffness_scale(&self) -> f64 {
-        self.material.lame.confined()
+        // By the only cube that there is: a force by length, whatever the unit.
+        self.material.lame.confined() * self.extent
+    }
+
+    fn shear_scale(&self) -> f64 {
+        self.material.lame.mu
     }
 
     fn extent(&self) -> f64 {

@@ -219,7 +219,7 @@ impl Term for OrganContact {
             if near { 0.75 * side } else { 0.0 }
         };
         Some(Fit {
-            depth: now.depth(),
+            depth: now.depth().max(now.far_depth()),
             gap: self.pressures.touches.iter().map(gap).fold(0.0, f64::max),
             deepest: self.deepest(),
         })

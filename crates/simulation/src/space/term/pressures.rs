@@ -88,6 +88,10 @@ impl Pressures {
         for touch in &self.touches {
             let half = 0.5 * touch.area / stiffness;
             if let Some((gap, found)) = gap(touch) {
+                // A distance that is no number must not pass for one that is far.
+                if gap.is_nan() {
+                    return None;
+                }
                 let pressure = touch.pressure - stiffness * gap;
                 if pressure > 0.0 {
                     energy += half * pressure * pressure;
@@ -111,7 +115,7 @@ impl Pressures {
         for touch in &mut self.touches {
             let found = gap(touch);
             let new = found.as_ref().map_or(0.0, |(gap, found)| {
-                deepest = deepest.max(depth(*gap, found));
+                deepest = deepest.max(depth_or_all(depth(*gap, found)));
                 (touch.pressure - stiffness * gap).max(0.0)
             });
             let more = new - touch.pressure;
@@ -134,4 +138,9 @@ impl Pressures {
         }
         self.left = [depth, change];
     }
+}
+
+/// A depth; one that is no number is deeper than any.
+pub(super) fn depth_or_all(depth: f64) -> f64 {
+    if depth.is_nan() { f64::INFINITY } else { depth }
 }

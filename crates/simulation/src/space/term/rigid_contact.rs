@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::pressures::{BadStiffness, Pressures, Touch};
+use super::pressures::{BadStiffness, Pressures, Touch, depth_or_all};
 use super::rigid::{ContactForce, Rigid};
 use super::{Change, Fit, Term};
 use crate::space::bodies::Bodies;
@@ -72,7 +72,10 @@ impl<R: Rigid> RigidContact<R> {
     /// The deepest point in it, mm; 0 where none is.
     pub fn depth(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
-        let depth = |touch: &Touch| self.near(solid, part, touch, 0.0).map_or(0.0, |d| -d.value);
+        let depth = |touch: &Touch| {
+            self.near(solid, part, touch, 0.0)
+                .map_or(0.0, |d| depth_or_all(-d.value))
+        };
         self.pressures.touches.iter().map(depth).fold(0.0, f64::max)
     }
 

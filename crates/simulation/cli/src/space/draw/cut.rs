@@ -87,7 +87,7 @@ impl Cut {
             cut.at_rest[n] = model.bodies.iter().any(|b| b.field.value(&own) < 0.0);
             cut.pixels[n] = match cut.pixels[n] {
                 Pixel::Nothing if from_tube < 0.0 => Pixel::Tube,
-                Pixel::Organ(_) if from_tube < -SEEN => Pixel::Overlap,
+                Pixel::Organ(_) if from_tube < -SEEN.min(0.2 * plan.way.radius) => Pixel::Overlap,
                 Pixel::Nothing if cut.at_rest[n] => Pixel::Left,
                 Pixel::Nothing => background(plan, labels.at(&own)),
                 organ => organ,

@@ -40,7 +40,7 @@ fn what_the_label_map_does_not_have_is_named() {
     refused(
         "within = 4.0\nkind = \"fixed\"",
         tied,
-        &["attachments.0.within", "no part of \"ball\"", "floor"],
+        &["attachments.0.within", "no point of the surface of \"ball\"", "floor"],
     );
     refused("smoothing = 3.0", "smoothing = 60.0", &["organs.0.smoothing"]);
     refused("side = 12.0", "side = 0.5", &["organs.0.cubes", "more than 20000"]);

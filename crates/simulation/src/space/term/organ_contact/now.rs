@@ -1,12 +1,14 @@
 //! Two solids that touch, as they are now.
 
+use std::cell::Cell;
+
 use nalgebra::Vector3;
 
 use super::OrganContact;
 use crate::space::bodies::Bodies;
 use crate::space::level_set::Tree;
 use crate::space::solid::Solid;
-use crate::space::term::pressures::Touch;
+use crate::space::term::pressures::{Touch, depth_or_all};
 use crate::space::term::pulled::Pulled;
 
 /// Where the other's surface is now.
@@ -71,21 +73,41 @@ impl<'a> Now<'a> {
         let touches = self.contact.pressures.touches.iter();
         let depths = touches
             .filter_map(|touch| self.pulled(touch))
-            .map(|pulled| -pulled.now());
+            .map(|pulled| depth_or_all(-pulled.now()));
+        depths.fold(0.0, f64::max)
+    }
+
+    /// How deep the deepest point is among those that are farther from the other's surface than contact looks, mm: by the side of
+    /// the surface that they are on.
+    pub(super) fn far_depth(&self) -> f64 {
+        let (other, part) = self.other();
+        let depths = self.contact.pressures.touches.iter().filter_map(|touch| {
+            let x = self.point(touch);
+            let (nearest, apart) = self.tree.nearest_given(&x)?;
+            let ((_, normal, _), at) = (other.reference(nearest), other.point(part, nearest));
+            // So far away the way from the nearest of the points is along the normal there, outward or inward.
+            let inward = (x - at).dot(&normal) < 0.0;
+            (apart > self.seen() && inward).then_some(apart)
+        });
         depths.fold(0.0, f64::max)
     }
 
     /// The energy; calls `each` with points that press. `None` where one is so deep that it may leave on the other side.
     pub(super) fn visit(&self, mut each: impl FnMut(&Touch, f64, &Pulled)) -> Option<f64> {
-        let (mut allowed, most) = (true, self.contact.surface.radius());
+        let (mut allowed, most, lost) = (true, self.contact.surface.radius(), Cell::new(false));
         let energy = self.contact.pressures.visit(
-            |touch| self.gap(touch),
+            |touch| {
+                let gap = self.gap(touch);
+                // A point that pressed and cannot be pulled back, as tissue is inside out there, has not simply gone.
+                lost.set(lost.get() || touch.pressure > 0.0 && gap.is_none());
+                gap
+            },
             |touch, pressure, pulled| {
                 allowed &= pulled.distance.value > -most;
                 each(touch, pressure, pulled);
             },
         );
-        energy.filter(|_| allowed)
+        energy.filter(|_| allowed && !lost.get())
     }
 
     /// Unknowns with the change of the point, less that of the other's material there, and of the other's nodes the slope of

@@ -1,0 +1,106 @@
+//! What frames begin with: a system that they can follow, its state, and the first factor.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::contact::Contact;
+use super::factors::Factors;
+use super::mix::Mix;
+use super::search::Found;
+use super::touch::Touches;
+use super::watch::Others;
+use super::{Evaluated, Frames, NoFrames, Now, Refused, Settings};
+use crate::control::Potential;
+use crate::space::system::System;
+use crate::space::tube::Tube;
+use crate::sparse::Dissection;
+
+impl Frames {
+    /// Frames of a system without tubes of its own, from its state `a` on, for a tube that presses points of the surface of solid `body` for
+    /// which `wanted(reference place, normal)` holds. Wherever else it comes to lie in a surface the frame is refused, so
+    /// name all that it may reach; every node there costs time.
+    ///
+    /// # Errors
+    /// [`NoFrames`].
+    pub fn new(
+        system: System,
+        a: Vec<f64>,
+        body: usize,
+        tube: Tube,
+        settings: Settings,
+        wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> Result<Self, NoFrames> {
+        settings.check(tube.least_radius())?;
+        let (solids, expected) = (system.bodies.len(), system.bodies.size());
+        if body >= solids {
+            return Err(NoFrames::NoBody { body, solids });
+        }
+        if a.len() != expected {
+            return Err(NoFrames::Size {
+                found: a.len(),
+                expected,
+            });
+        }
+        if !system.tubes.is_empty() {
+            return Err(NoFrames::Tubes {
+                found: system.tubes.len(),
+            });
+        }
+        let found = system.obstacles.len() + system.organs.len();
+        if found > 0 {
+            return Err(NoFrames::Contacts { found });
+        }
+        if let Some(term) = system.others.iter().position(|term| term.changes()) {
+            return Err(NoFrames::Changing { term });
+        }
+        let others = Others::new(&system, body, &wanted);
+        let touches = Touches::new(&system, body, wanted)?;
+        let order = Dissection::by_places(&system.places(), &touches.unknowns())?;
+        let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
+        let system = Arc::new(system);
+        let factors = Factors::new(&system, order, settings.precision, &a).ok_or(NoFrames::NoFactor)?;
+        let solid = system.bodies.solid(body);
+        let hundredth = 1e-2 * solid.extent();
+        let usual = solid.shear_scale() * hundredth * hundredth;
+        let least_force = settings.least_force.unwrap_or(usual);
+        let used = Settings {
+            least_force: Some(least_force),
+            ..settings
+        };
+        used.check(tube.least_radius())?;
+        let determinant = system.least_determinant(&a);
+        let frames = Self {
+            now: Now {
+                a,
+                at,
+                pressures: vec![0.0; touches.len()],
+                tube,
+                found: Found {
+                    determinant,
+                    ..Found::default()
+                },
+            },
+            last: None,
+            contact: Contact::new(touches),
+            mix: Mix::default(),
+            system,
+            settings,
+            others,
+            factors,
+            least_force,
+            scale: least_force,
+            frame: 0,
+            ways: [0.0; 2],
+            slow: false,
+            stale: false,
+        };
+        let mut v = Vec::new();
+        frames.contact.touches.take(&frames.now.a, &mut v);
+        match frames.watch(&frames.now.tube, &frames.now.a, &v) {
+            Err(Refused::TooDeep { depth, most }) => Err(NoFrames::TooDeep { depth, most }),
+            // Anything else may be left behind by the first way.
+            _ => Ok(frames),
+        }
+    }
+}
