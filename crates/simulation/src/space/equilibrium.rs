@@ -46,8 +46,6 @@ pub struct Equilibrium {
     pub iterations: usize,
     /// Directions in which the energy falls: 0 at a minimum. `None`, not known, where the search was asked for provisional states.
     pub falling: Option<usize>,
-    /// Directions in which the energy stays as it is, as where a solid is free to turn; `None` as above.
-    pub neutral: Option<usize>,
 }
 
 /// Why no state was found.
@@ -129,7 +127,6 @@ pub fn settle(
                 rounds: round,
                 iterations,
                 falling: (!newton.settings.provisional).then_some(found.stability.falling),
-                neutral: (!newton.settings.provisional).then_some(found.stability.neutral),
             });
         }
     }
@@ -141,8 +138,8 @@ pub fn settle(
 fn fits(system: &System, a: &[f64]) -> Result<(), NoEquilibrium> {
     for fit in system.terms().filter_map(|term| term.fit(&system.bodies, a)) {
         let (depth, gap, most) = (fit.depth, fit.gap, fit.deepest);
-        // At the most no step could leave any more.
-        if depth >= most {
+        // At the most no step could leave any more. Of what is no number the search itself says that it has no energy.
+        if depth >= most && depth.is_finite() {
             return Err(NoEquilibrium::TooDeep { depth, most });
         }
         if gap > most {

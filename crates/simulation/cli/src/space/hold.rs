@@ -4,7 +4,6 @@
 //! `System::organs`.
 
 use nalgebra::Vector3;
-use simulation::space::cells::Field;
 use simulation::space::system::System;
 use simulation::space::term::Springs;
 
@@ -110,16 +109,14 @@ fn attached(
     let names: Vec<&str> = one.to.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
     let names = names.join(", ");
     let how = how.ok_or_else(|| {
-        let what = if one.stiffness.is_none() {
-            "node inside"
-        } else {
-            "point of the surface"
-        };
-        let found = format!("no {what} of {:?} is within {} mm of {names}", body.name, one.within);
+        let found = format!(
+            "no point of the surface of {:?} is within {} mm of {names}",
+            body.name, one.within
+        );
         invalid(
             key,
             found,
-            "a distance at which something is held (fixed: nodes, half a cube apart; tied: points of the surface)",
+            "a distance at which something is held (fixed: and a node of its cubes too)",
         )
     })?;
     Ok(Held {
@@ -131,8 +128,11 @@ fn attached(
 
 /// Nodes keep their place; `None` where there is none.
 fn nodes(organ: usize, body: &Body, system: &mut System, near: &dyn Fn(&Vector3<f64>) -> bool) -> Option<How> {
-    // Nodes of cubes that are cut lie beside the organ too: what is no part of it holds nothing.
-    let nodes = body.mesh.nodes_where(|x| near(x) && body.field.value(x) <= 0.0);
+    // Nodes of cubes that are cut lie beside the organ too: where no point of it is near, they hold nothing.
+    if !body.mesh.surface.iter().any(|point| near(&point.at)) {
+        return None;
+    }
+    let nodes = body.mesh.nodes_where(near);
     let offset = system.bodies.offset(organ);
     for node in &nodes {
         (0..3).for_each(|k| system.fixed[offset + 3 * node + k] = true);

@@ -191,18 +191,17 @@ impl State {
     }
 }
 
-/// True where the energy rises in every direction.
+/// True where the energy falls in no direction.
 pub(super) fn is_minimum(found: &Equilibrium) -> bool {
-    found.falling == Some(0) && found.neutral == Some(0)
+    found.falling == Some(0)
 }
 
 /// What is known of a state's stability, in words.
 pub(super) fn stability(found: &Equilibrium) -> &'static str {
-    match (found.falling, found.neutral) {
-        (Some(0), Some(0)) => "a minimum",
-        (Some(0), Some(_)) => "FREE TO MOVE: nothing holds it in some direction",
-        (Some(_), _) => "a SADDLE",
-        (None, _) => "stability not known",
+    match found.falling {
+        Some(0) => "a minimum",
+        Some(_) => "a SADDLE",
+        None => "stability not known",
     }
 }
 

@@ -52,8 +52,6 @@ struct Certificate {
     least_determinant: f64,
     /// Directions in which the energy falls: 0 at a minimum, null where it is not known.
     falling: Option<usize>,
-    /// Directions in which the energy stays as it is: 0 where something holds in all.
-    neutral: Option<usize>,
     /// What tube and supports leave over on the organs, beside the force on the tube.
     balance: f64,
     parts: usize,
@@ -92,7 +90,6 @@ fn certificate(state: &State, found: &Equilibrium) -> Certificate {
         depth: found.depth,
         least_determinant: found.least_determinant,
         falling: found.falling,
-        neutral: found.neutral,
         balance: state.balance,
         parts: state.parts,
         rounds: found.rounds,
