@@ -38,7 +38,11 @@ impl Header {
         let sample = sample(&fields)?;
         let offset = offset(&fields)?;
         let scale = scale(&fields, sample)?;
-        let (ct_from_voxel, form, doubts) = orientation::ct_from_voxel(&fields)?;
+        let orientation::Placed {
+            ct_from_voxel,
+            form,
+            doubts,
+        } = orientation::ct_from_voxel(&fields)?;
         let grid = VolumeGrid::checked(dims, ct_from_voxel)?;
         Ok(Self {
             layout,

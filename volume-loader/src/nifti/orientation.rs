@@ -18,11 +18,18 @@ const HALF_TURN: f64 = 1e-7;
 
 type Rows = [[f64; 4]; 3];
 
-/// The map to the patient, which form it is by, and what is doubtful.
+/// The map to the patient, which form it is by, and what is doubtful about it, a sentence each.
+pub(crate) struct Placed {
+    pub ct_from_voxel: Affine<Ct, Voxel>,
+    pub form: String,
+    pub doubts: Vec<String>,
+}
+
+/// Where a header puts its voxels in the patient.
 ///
 /// # Errors
 /// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`].
-pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, String, Vec<String>), HeaderError> {
+pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<Placed, HeaderError> {
     let (mm, mut doubts) = mm_per_unit(fields.units)?;
     let lps_mm = |ras: Rows| Affine::from_rows(lps_from_ras(ras).map(|row| row.map(|v| v * mm)));
     let (sform, qform) = (fields.sform_code, fields.qform_code);
@@ -35,13 +42,21 @@ pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<(Affine<Ct, Voxel>, Strin
     }
     if sform <= 0 {
         let form = format!("oriented by qform {qform}");
-        return Ok((lps_mm(ras_from_qform(fields)?), form, doubts));
+        return Ok(Placed {
+            ct_from_voxel: lps_mm(ras_from_qform(fields)?),
+            form,
+            doubts,
+        });
     }
     let chosen = lps_mm(fields.srow);
     if qform > 0 {
         doubts.extend(disagreement(fields, chosen, ras_from_qform(fields).map(lps_mm)));
     }
-    Ok((chosen, format!("oriented by sform {sform}"), doubts))
+    Ok(Placed {
+        ct_from_voxel: chosen,
+        form: format!("oriented by sform {sform}"),
+        doubts,
+    })
 }
 
 /// RAS to LPS and back: the same change.

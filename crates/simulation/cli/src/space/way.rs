@@ -35,7 +35,8 @@ impl Way {
     pub(super) fn section(&self, gone: f64) -> Vec<Vector3<f64>> {
         let middle = self.tip(gone);
         let (along, other) = (self.direction, self.direction.imin());
-        let right = along.cross(&Vector3::ith(other, 1.0)).normalize();
+        let right = along.cross(&Vector3::ith(other, 1.0));
+        let right = right.try_normalize(0.0).unwrap_or(right);
         let rings = (self.radius / RING).ceil().max(1.0) as usize;
         let mut places = vec![middle];
         for ring in 1..=rings {
