@@ -7,7 +7,7 @@
 //!    of all others leaves on them is their stiffness against contact; contact is exact in that small dense problem (`reduced`).
 //! 2. The factor is of elasticity alone, at an earlier state: contacts come and go without another. The next one is made by a second
 //!    thread and taken up a fixed number of frames after it was asked for (`factors`): by way and rate, never by a clock.
-//! 3. Steps are mixed (`mix`), and made no longer than the energy falls.
+//! 3. Steps are mixed (`mix`), and made no longer than energy and depths together fall, or the free forces halve (`search`).
 //!
 //! The same poses give the same bits, whatever the machine's load.
 

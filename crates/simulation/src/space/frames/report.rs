@@ -79,6 +79,6 @@ pub struct Frame {
     pub steps: usize,
     /// Which second derivatives served, counted from 1: with the poses it fixes the bits.
     pub factor: u64,
-    /// Steps since the start of the frame in which forces of contact were solved for.
+    /// Steps of Newton's method in the small problems of contact.
     pub contact_steps: usize,
 }
