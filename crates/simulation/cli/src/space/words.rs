@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use simulation::space::cells::Field;
+use nalgebra::Vector3;
+use simulation::space::cells::{Field, LabelField};
 
 use super::hold::How;
 use super::labels::Labels;
@@ -146,7 +147,7 @@ fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
             let is_meshed = model
                 .bodies
                 .iter()
-                .any(|b| b.label == label && b.field.value(&at) < 0.0);
+                .any(|b| b.label == label && is_at(&b.field, &at, &labels.spacing));
             if label != 0 && !is_meshed {
                 found.insert(label);
             }
@@ -157,6 +158,16 @@ fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
         None => label.to_string(),
     };
     found.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// True in a region, and where its smooth surface is less than a voxel away from its label's steps.
+fn is_at(field: &LabelField, at: &Vector3<f64>, spacing: &Vector3<f64>) -> bool {
+    let near = |k: usize| {
+        let mut place = *at;
+        place[k / 2] += if k.is_multiple_of(2) { 1.0 } else { -1.0 } * spacing[k / 2];
+        field.value(&place) < 0.0
+    };
+    field.value(at) < 0.0 || (0..6).any(near)
 }
 
 /// What a whole run says: the worst of each number.
