@@ -71,6 +71,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
 
+    /// The largest of a depth over points inside: what has come through the surface between its points is found by these. 0 where none is known.
+    fn inner_depth(&self, _a: &[f64], _depth: &dyn Fn(&Vector3<f64>) -> f64) -> f64 {
+        0.0
+    }
+
     /// Where a point of the surface is.
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64>;
 

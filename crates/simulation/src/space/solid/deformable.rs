@@ -182,6 +182,17 @@ impl Solid for Deformable {
         (point.at, point.normal, point.area)
     }
 
+    fn inner_depth(&self, a: &[f64], depth: &dyn Fn(&Vector3<f64>) -> f64) -> f64 {
+        let depths = self.mesh.points().iter().map(|point| {
+            let mut at = point.at;
+            for (node, weight) in self.mesh.point_row(point) {
+                (0..3).for_each(|k| at[k] += weight * a[3 * node as usize + k]);
+            }
+            depth(&at)
+        });
+        depths.fold(0.0, f64::max)
+    }
+
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {
         let mut at = self.mesh.surface[point].at;
         for (node, weight) in &self.rows[point] {

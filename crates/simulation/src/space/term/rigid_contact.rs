@@ -230,8 +230,11 @@ impl<R: Rigid> Term for RigidContact<R> {
     }
 
     fn fit(&self, bodies: &Bodies, a: &[f64]) -> Option<Fit> {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        // A tip that has slipped through between points of the surface is found by the tissue that it is in.
+        let inside = |x: &Vector3<f64>| near(&self.rigid, *x, 0.0).map_or(0.0, |d| -d.value);
         Some(Fit {
-            depth: self.depth(bodies, a),
+            depth: self.depth(bodies, a).max(solid.inner_depth(part, &inside)),
             gap: self.widest_gap(bodies, a),
             deepest: self.deepest(),
         })
