@@ -214,3 +214,26 @@ fn a_tube_that_jumps_into_the_tissue_or_slips_between_its_points_is_refused() {
     );
     assert!(block.to(4.0).is_ok());
 }
+
+/// Where a tip slips through a surface between its points, none of them is in the tube, and nothing presses on its end.
+#[test]
+fn a_tube_inside_the_tissue_is_refused_though_no_point_of_the_surface_is_in_it() {
+    let settings = Settings {
+        levels: 1,
+        ..Settings::of_side(25.0)
+    };
+    let mut block = Pushed::new(&settings, 0.45, &[30.0]);
+    let inside = Tube::straight(Point3::new(0.0, 0.0, 50.0), Vector3::z(), 0.0, RADIUS).unwrap();
+    block.system.tubes[0].move_to(inside);
+    assert_eq!(block.system.tubes[0].depth(&block.system.bodies, &block.a), 0.0);
+    let refused = settle(
+        &mut block.system,
+        &mut block.newton,
+        &mut block.a,
+        &Tolerance::default(),
+    );
+    assert!(
+        matches!(refused, Err(NoEquilibrium::TooDeep { most: 5.0, .. })),
+        "{refused:?}"
+    );
+}
