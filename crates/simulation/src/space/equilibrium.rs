@@ -1,6 +1,7 @@
 //! The state in which all forces balance, contact exact.
 
 use super::system::System;
+use super::term::MOST_INSIDE;
 use crate::control::{Failed, Newton};
 
 /// Rounds of pressures at most.
@@ -79,6 +80,16 @@ pub enum NoEquilibrium {
         /// The most, half the radius of the tube or of the ball that fits into the obstacle.
         most: f64,
     },
+    /// Something has come through the surface between its points, which press on it no more.
+    #[error(
+        "a point inside the tissue is {depth:.3} mm deep in what it must stay out of; more than {most:.3} mm says that this has come through the surface between its points: use smaller cubes at it, or a shorter way"
+    )]
+    Through {
+        /// Depth, mm.
+        depth: f64,
+        /// The most: half the radius at the start, a fifth of it in a state that is found.
+        most: f64,
+    },
     /// Pressures do not settle.
     #[error(
         "the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds"
@@ -103,7 +114,7 @@ pub fn settle(
     a: &mut Vec<f64>,
     tolerance: &Tolerance,
 ) -> Result<Equilibrium, NoEquilibrium> {
-    fits(system, a)?;
+    fits(system, a, 1.0)?;
     let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
     for round in 1..=MOST_ROUNDS {
         // Pressures stand still while forces are balanced, and change between: either alone is a smooth problem.
@@ -115,8 +126,8 @@ pub fn settle(
         let settled = change.force <= tolerance.change * found.load;
         // Small changes alone could be slow ones: no depth may be left.
         if settled && change.depth <= tolerance.depth * system.bodies.extent() {
-            // What was far away at the start may be met by now, by points too far apart.
-            fits(system, a)?;
+            // What was far away at the start may be met by now, by points too far apart; or have come through between them.
+            fits(system, a, MOST_INSIDE)?;
             return Ok(Equilibrium {
                 energy: found.energy,
                 residual: found.residual,
@@ -134,8 +145,9 @@ pub fn settle(
     Err(NoEquilibrium::Pressures { change, load, depth })
 }
 
-/// Refuses contacts that are too deep to be led out again, or that the points of a surface may not see.
-fn fits(system: &System, a: &[f64]) -> Result<(), NoEquilibrium> {
+/// Refuses contacts that are too deep to be led out again, that the points of a surface may not see, or (points inside deeper than this part
+/// of the deepest) that have come through it.
+fn fits(system: &System, a: &[f64], inside_part: f64) -> Result<(), NoEquilibrium> {
     for fit in system.terms().filter_map(|term| term.fit(&system.bodies, a)) {
         let (depth, gap, most) = (fit.depth, fit.gap, fit.deepest);
         // At the most no step could leave any more. Of what is no number the search itself says that it has no energy.
@@ -144,6 +156,10 @@ fn fits(system: &System, a: &[f64]) -> Result<(), NoEquilibrium> {
         }
         if gap > most {
             return Err(NoEquilibrium::TooCoarse { gap, most });
+        }
+        let (depth, most) = (fit.inside, inside_part * most);
+        if depth > most && depth.is_finite() {
+            return Err(NoEquilibrium::Through { depth, most });
         }
     }
     Ok(())

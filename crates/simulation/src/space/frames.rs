@@ -110,7 +110,7 @@ impl Frames {
         3 * self.contact.touches.nodes()
     }
 
-    /// Moves the tube to a pose, and the tissue with it. What is inside the tissue is not seen: a tube that begins wholly within it presses nothing.
+    /// Moves the tube to a pose, and the tissue with it.
     pub fn frame(&mut self, pose: &Isometry3<f64>) -> Frame {
         self.frame += 1;
         let parts = self.tube().way_to(pose) / (PART_OF_RADIUS * self.tube().least_radius());

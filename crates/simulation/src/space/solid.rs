@@ -71,9 +71,10 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
 
-    /// The largest of a depth over points inside: what has come through the surface between its points is found by these. 0 where none is known.
-    fn inner_depth(&self, _a: &[f64], _depth: &dyn Fn(&Vector3<f64>) -> f64) -> f64 {
-        0.0
+    /// Points inside, moved by nodes as [`Self::combination`] has it: what has come through the surface between its points is found by
+    /// these. None where they are not known.
+    fn inner(&self) -> Vec<Inner> {
+        Vec::new()
     }
 
     /// Where a point of the surface is.
@@ -96,6 +97,26 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// other solids.
     fn shares(&self, _at: &Vector3<f64>) -> Option<Vec<Share>> {
         None
+    }
+}
+
+/// A point inside a solid: its reference place, and the nodes that move it with their weights.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inner {
+    /// In the reference configuration.
+    pub at: Vector3<f64>,
+    /// Nodes and weights.
+    pub row: Vec<(u32, f64)>,
+}
+
+impl Inner {
+    /// Where it is.
+    pub fn place(&self, a: &[f64]) -> Vector3<f64> {
+        let mut at = self.at;
+        for (node, weight) in &self.row {
+            (0..3).for_each(|k| at[k] += weight * a[3 * *node as usize + k]);
+        }
+        at
     }
 }
 

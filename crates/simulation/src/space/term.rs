@@ -34,7 +34,27 @@ pub struct Fit {
     pub gap: f64,
     /// The most that either may be, mm.
     pub deepest: f64,
+    /// The deepest that a point inside the solid is where it must not be, mm: much only where something has come through the surface
+    /// between its points. 0 where none is known.
+    pub inside: f64,
 }
+
+/// A point inside may be as deep as this part of [`Fit::deepest`] in a state that is found, which is a fifth of a radius: between points that
+/// are as far apart as they may be a round surface dips by 0.13 of its radius.
+pub(super) const MOST_INSIDE: f64 = 0.4;
+/// A point of a surface may be as deep as this part of the radius of what it must stay out of, and no deeper: the way out must lead
+/// back where it came from.
+pub(super) const DEEPEST_PART: f64 = 0.5;
+
+/// How far the middle between points of such an area may be from them, where they are at something, mm.
+pub(super) fn gap_at(area: f64, distance: f64) -> f64 {
+    let side = area.sqrt();
+    // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
+    if distance < SEEN_AT * side { 0.75 * side } else { 0.0 }
+}
+
+/// Points are at something nearer than so many sides of their area.
+pub(super) const SEEN_AT: f64 = 1.5;
 
 /// A term of the energy.
 pub trait Term: std::fmt::Debug + Send + Sync {

@@ -399,6 +399,9 @@ fn systems_that_have_no_frames_are_refused_by_name() {
     );
     let deep = tube().at(pose(6.0, 0.0, 0.0)).unwrap();
     assert!(matches!(of(0, size, deep), NoFrames::TooDeep { most: 5.0, .. }));
+    // Wholly inside, where no point of a surface is in it.
+    let within = Tube::straight(Point3::new(0.0, 0.0, 50.0), Vector3::z(), 0.0, 10.0).unwrap();
+    assert!(matches!(of(0, size, within), NoFrames::TooDeep { most: 2.0, .. }));
     let infinite = || {
         let system = block(COARSE, 0.45);
         let a = vec![f64::NAN; system.initial().len()];

@@ -233,7 +233,7 @@ fn a_tube_inside_the_tissue_is_refused_though_no_point_of_the_surface_is_in_it()
         &Tolerance::default(),
     );
     assert!(
-        matches!(refused, Err(NoEquilibrium::TooDeep { most: 5.0, .. })),
+        matches!(refused, Err(NoEquilibrium::Through { most: 5.0, .. })),
         "{refused:?}"
     );
 }

@@ -115,7 +115,9 @@ fn strokes(
 fn advice(why: &NoEquilibrium) -> String {
     let what = match why {
         NoEquilibrium::TooDeep { .. } => "Use a smaller tube.step",
-        NoEquilibrium::TooCoarse { .. } => "Use smaller cubes at the tube: organs.cubes, levels and within",
+        NoEquilibrium::TooCoarse { .. } | NoEquilibrium::Through { .. } => {
+            "Use smaller cubes at the tube: organs.cubes, levels and within"
+        }
         NoEquilibrium::Search { .. } => {
             "Use a smaller tube.step or stroke, smaller cubes at the tube, or raise search.most_steps"
         }

@@ -97,8 +97,12 @@ impl Frames {
         };
         let mut v = Vec::new();
         frames.contact.touches.take(&frames.now.a, &mut v);
-        match frames.watch(&frames.now.tube, &frames.now.a, &v) {
-            Err(Refused::TooDeep { depth, most }) => Err(NoFrames::TooDeep { depth, most }),
+        let (tube, a) = (&frames.now.tube, &frames.now.a);
+        let looked = frames.watch(tube, a, &v).and_then(|()| frames.look_inside(tube, a));
+        match looked {
+            Err(Refused::TooDeep { depth, most } | Refused::Through { depth, most }) => {
+                Err(NoFrames::TooDeep { depth, most })
+            }
             // Anything else may be left behind by the first way.
             _ => Ok(frames),
         }

@@ -4,14 +4,13 @@ use nalgebra::DMatrix;
 
 use super::reduced::{Model, Reduced, Wanted};
 use super::touch::Touches;
+use crate::space::term::DEEPEST_PART;
 use crate::space::tube::Tube;
 use crate::sparse::Dense;
 
 /// Points nearer than this part of the tube's least radius must take part; all up to the second one are taken when some new one comes near.
 const NEAR_PART: f64 = 0.15;
 const REACH_PART: f64 = 0.5;
-/// A point may be so deep in a tube, and no deeper: the way out must lead back where it came from.
-pub(super) const DEEPEST_PART: f64 = 0.5;
 /// How often points that turn out to be deep are taken in anew.
 const MOST_TRIES: usize = 4;
 

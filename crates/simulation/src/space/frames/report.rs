@@ -44,6 +44,16 @@ pub enum Refused {
         /// The deepest point, mm.
         depth: f64,
     },
+    /// The tube has come through the surface between its points.
+    #[error(
+        "a point inside the tissue is {depth:.3} mm deep in the tube; more than {most:.3} mm says that it has come through the surface between its points"
+    )]
+    Through {
+        /// The deepest point inside, mm.
+        depth: f64,
+        /// The most, a fifth of the tube's radius.
+        most: f64,
+    },
     /// Points of the surface are so far apart that the tube may lie between them.
     #[error(
         "points of the surface at the tube are {gap:.3} mm from the middle between them; the tube may lie unseen there, more than {most:.3} mm are too many"

@@ -115,6 +115,7 @@ impl Frames {
         self.now.tube = tube.clone();
         found.contact_steps = self.contact.steps() - before;
         self.watch(tube, &self.now.a, &v)?;
+        self.look_inside(tube, &self.now.a)?;
         found.determinant = self.system.least_determinant(&self.now.a);
         Ok(found)
     }

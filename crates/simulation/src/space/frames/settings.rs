@@ -93,7 +93,7 @@ pub enum NoFrames {
     },
     /// The tube begins in tissue.
     #[error(
-        "at the start a point of a surface is {depth:.3} mm deep in the tube; {most:.3} mm are the most that leads out again"
+        "at the start a point of the tissue is {depth:.3} mm deep in the tube; {most:.3} mm are the most that leads out again"
     )]
     TooDeep {
         /// Depth, mm.

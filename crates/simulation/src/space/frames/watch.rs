@@ -3,16 +3,17 @@
 use nalgebra::Vector3;
 
 use super::Frames;
-use super::contact::DEEPEST_PART;
 use super::report::Refused;
+use crate::space::solid::Inner;
 use crate::space::system::System;
-use crate::space::term::TubeForce;
+use crate::space::term::{DEEPEST_PART, MOST_INSIDE, TubeForce, gap_at};
 use crate::space::tube::Tube;
 
-/// Points of surfaces where no contact is prepared, and the area that each stands for.
+/// Points of surfaces where no contact is prepared, and the area that each stands for; and points inside solids.
 #[derive(Debug, Clone)]
 pub(super) struct Others {
     points: Vec<(usize, usize, f64)>,
+    inner: Vec<(usize, Inner)>,
 }
 
 impl Others {
@@ -22,9 +23,21 @@ impl Others {
             let (at, normal, area) = system.bodies.solid(b).reference(point);
             (b != body || !wanted(&at, &normal)).then_some((b, point, area))
         });
+        let inner =
+            (0..system.bodies.len()).flat_map(|b| system.bodies.solid(b).inner().into_iter().map(move |i| (b, i)));
         Self {
             points: outside.collect(),
+            inner: inner.collect(),
         }
+    }
+
+    /// The deepest that a point inside a solid is in a tube, mm; 0 where none is.
+    fn inside(&self, system: &System, a: &[f64], tube: &Tube) -> f64 {
+        let depth = |(body, inner): &(usize, Inner)| {
+            let at = inner.place(system.bodies.part(*body, a));
+            -tube.signed_distance(&at).value
+        };
+        self.inner.iter().map(depth).fold(0.0, f64::max)
     }
 
     /// How deep a tube is in surfaces where no contact is prepared, and the widest gap between their points at it, mm; 0 where none is.
@@ -37,13 +50,6 @@ impl Others {
                 (f64::max(depth, -distance), f64::max(gap, gap_at(*area, distance)))
             })
     }
-}
-
-/// How far the middle between points may be from them, where they are at the tube.
-fn gap_at(area: f64, distance: f64) -> f64 {
-    let side = area.sqrt();
-    // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
-    if distance < 1.5 * side { 0.75 * side } else { 0.0 }
 }
 
 impl Frames {
@@ -65,6 +71,19 @@ impl Frames {
         }
         if gap > most {
             return Err(Refused::TooCoarse { gap, most });
+        }
+        Ok(())
+    }
+
+    /// Refuses a state in which tissue is in the tube though its surface is not: the tube has come through between points, which press
+    /// on it no more.
+    pub(super) fn look_inside(&self, tube: &Tube, a: &[f64]) -> Result<(), Refused> {
+        let (depth, most) = (
+            self.others.inside(&self.system, a, tube),
+            MOST_INSIDE * DEEPEST_PART * tube.least_radius(),
+        );
+        if depth > most {
+            return Err(Refused::Through { depth, most });
         }
         Ok(())
     }

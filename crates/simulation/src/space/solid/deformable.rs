@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::sums::{Sums, taken};
-use super::{Solid, determinant, rotated};
+use super::{Inner, Solid, determinant, rotated};
 use crate::solid::NotMixed;
 use crate::space::cells::{Mesh, Share};
 use crate::space::law::Material;
@@ -182,15 +182,13 @@ impl Solid for Deformable {
         (point.at, point.normal, point.area)
     }
 
-    fn inner_depth(&self, a: &[f64], depth: &dyn Fn(&Vector3<f64>) -> f64) -> f64 {
-        let depths = self.mesh.points().iter().map(|point| {
-            let mut at = point.at;
-            for (node, weight) in self.mesh.point_row(point) {
-                (0..3).for_each(|k| at[k] += weight * a[3 * node as usize + k]);
-            }
-            depth(&at)
+    fn inner(&self) -> Vec<Inner> {
+        let points = self.mesh.points().iter();
+        let inner = points.map(|point| Inner {
+            at: point.at,
+            row: self.mesh.point_row(point),
         });
-        depths.fold(0.0, f64::max)
+        inner.collect()
     }
 
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {

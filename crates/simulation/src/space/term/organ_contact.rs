@@ -18,8 +18,7 @@ use nalgebra::Vector3;
 
 use super::pressures::{BadStiffness, Pressures, Touch};
 use super::rigid::ContactForce;
-use super::rigid_contact::DEEPEST_PART;
-use super::{Change, Fit, Term};
+use super::{Change, DEEPEST_PART, Fit, Term, gap_at};
 use crate::space::bodies::Bodies;
 use crate::space::level_set::LevelSet;
 use crate::space::solid::Solid;
@@ -213,12 +212,9 @@ impl Term for OrganContact {
 
     fn fit(&self, bodies: &Bodies, a: &[f64]) -> Option<Fit> {
         let now = self.now(bodies, a);
-        let gap = |touch: &Touch| {
-            let side = touch.area.sqrt();
-            let near = now.pulled(touch).is_some_and(|pulled| pulled.now() < 1.5 * side);
-            if near { 0.75 * side } else { 0.0 }
-        };
+        let gap = |touch: &Touch| now.pulled(touch).map_or(0.0, |pulled| gap_at(touch.area, pulled.now()));
         Some(Fit {
+            inside: 0.0,
             depth: now.depth().max(now.far_depth()),
             gap: self.pressures.touches.iter().map(gap).fold(0.0, f64::max),
             deepest: self.deepest(),

@@ -4,15 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::pressures::{BadStiffness, Pressures, Touch, depth_or_all};
 use super::rigid::{ContactForce, Rigid};
-use super::{Change, Fit, Term};
+use super::{Change, DEEPEST_PART, Fit, SEEN_AT, Term, gap_at};
 use crate::space::bodies::Bodies;
 use crate::space::level_set::LevelSet;
 use crate::space::solid::Solid;
 use crate::space::tube::{Distance, Tube};
 use crate::sparse::Triplets;
-
-/// A point may be as deep as this part of the radius, and no deeper: the way out must lead back where it came from.
-pub(super) const DEEPEST_PART: f64 = 0.5;
 
 /// Contact of points of a body's surface with something rigid.
 #[derive(Debug, Clone)]
@@ -83,14 +80,8 @@ impl<R: Rigid> RigidContact<R> {
     pub fn widest_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let gap = |touch: &Touch| {
-            let side = touch.area.sqrt();
-            let near = self.near(solid, part, touch, 1.5 * side);
-            // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
-            if near.is_some_and(|d| d.value < 1.5 * side) {
-                0.75 * side
-            } else {
-                0.0
-            }
+            let near = self.near(solid, part, touch, SEEN_AT * touch.area.sqrt());
+            near.map_or(0.0, |d| gap_at(touch.area, d.value))
         };
         self.pressures.touches.iter().map(gap).fold(0.0, f64::max)
     }
@@ -231,10 +222,13 @@ impl<R: Rigid> Term for RigidContact<R> {
 
     fn fit(&self, bodies: &Bodies, a: &[f64]) -> Option<Fit> {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
-        // A tip that has slipped through between points of the surface is found by the tissue that it is in.
-        let inside = |x: &Vector3<f64>| near(&self.rigid, *x, 0.0).map_or(0.0, |d| -d.value);
+        let inside = solid.inner().into_iter().map(|inner| {
+            let near = near(&self.rigid, inner.place(part), 0.0);
+            near.map_or(0.0, |d| depth_or_all(-d.value))
+        });
         Some(Fit {
-            depth: self.depth(bodies, a).max(solid.inner_depth(part, &inside)),
+            inside: inside.fold(0.0, f64::max),
+            depth: self.depth(bodies, a),
             gap: self.widest_gap(bodies, a),
             deepest: self.deepest(),
         })
