@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 use super::press;
 use crate::display::Display;
@@ -129,7 +130,7 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
         click(&display, 1, [at[0] + 17, at[1] + 17]);
         let mut last = f64::NAN;
         let seen = wait_for("a picture that stands still", || {
-            std::thread::sleep(std::time::Duration::from_millis(200));
+            std::thread::sleep(Duration::from_millis(200));
             let now = grey(&display, at);
             (std::mem::replace(&mut last, now) == now).then_some(now)
         });
@@ -182,7 +183,7 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
     }
     wait_for("another slice", || (part(&display) != before).then_some(()));
     let moved = wait_for("a target on it", || {
-        std::thread::sleep(std::time::Duration::from_millis(500));
+        std::thread::sleep(Duration::from_millis(500));
         press(&display, T);
         let plan = read(&path)?;
         let count = plan["targets"].as_array()?.len();
@@ -218,8 +219,15 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
     pilot.wait_for("an uncovered screen", |status| {
         note(status, "window-watch").contains("is what it says")
     });
-    with_control(&display, Z);
-    plan_with(&path, "the distance taken back", |plan| plan["measures"].is_null());
+    // What the watch said may be of before the window was killed: the cover can still come, and takes the key.
+    let mut pressed: Option<Instant> = None;
+    wait_for("the distance taken back", || {
+        if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(3)) {
+            with_control(&display, Z);
+            pressed = Some(Instant::now());
+        }
+        read(&path)?["measures"].is_null().then_some(())
+    });
     assert!(pilot.stop().success());
 }
 
