@@ -21,6 +21,7 @@ mod run;
 mod snapshot;
 mod stride;
 mod view;
+pub mod warp;
 
 pub use accuracy::Accuracy;
 pub use geometry::letters;

@@ -15,6 +15,7 @@ mod phases;
 mod points;
 mod region;
 mod runs;
+mod scattered;
 mod source;
 mod tiles;
 mod vector;
@@ -28,8 +29,10 @@ use super::spline::{self, Spline};
 use super::weights::{gain, steepness};
 use super::{Resampler, ResliceError};
 use image::{Fold, Image};
+use kernels::Draw;
 use phases::Phases;
 use runs::Runs;
+use scattered::Scattered;
 use source::{Source, Tables};
 use vector::Vector;
 
@@ -72,6 +75,57 @@ impl Cpu {
             sinc5: None,
             fold: Fold::default(),
         }
+    }
+
+    /// Samples the volume at `places`, mm in the CT's frame, one value to each: single points, without slabs or means over areas. Where
+    /// a place is outside the volume, or no number, the value is the padding.
+    ///
+    /// It is within [`Resampler::error_bound_hu`] of [`super::Reference::reslice_at`] at the same places.
+    ///
+    /// # Errors
+    /// [`ResliceError::NotPrepared`].
+    pub fn reslice_at(
+        &mut self,
+        volume: &VolumeView<'_>,
+        places: &[[f32; 3]],
+        filter: Filter,
+        hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        self.tables.repeated(volume);
+        self.draw(volume, filter, &mut Scattered { volume, places, hu })
+    }
+
+    fn draw(&self, volume: &VolumeView<'_>, filter: Filter, drawing: &mut impl Draw) -> Result<(), ResliceError> {
+        let voxels = Source::new(volume.voxels, &self.tables);
+        let missing = || ResliceError::NotPrepared(filter);
+        let vector = self.vector;
+        match filter {
+            Filter::Nearest => drawing.draw(&kernels::Nearest::new(voxels, volume, vector)),
+            Filter::Linear => drawing.draw(&kernels::Linear::new(voxels, volume, vector)),
+            Filter::Cubic => {
+                let runs = Runs::new(voxels, volume.layout, volume.grid.dims()[0]);
+                drawing.draw(&kernels::Cubic { voxels, runs, vector });
+            }
+            Filter::BSpline => {
+                let spline = self.spline.as_ref().filter(|s| s.is_of(volume)).ok_or_else(missing)?;
+                let coefficients = Source::new(&spline.coefficients, &self.spline_tables);
+                let runs = Runs::new(coefficients, &spline.layout, volume.grid.dims()[0]);
+                drawing.draw(&kernels::BSpline {
+                    coefficients,
+                    runs,
+                    vector,
+                });
+            }
+            Filter::Sinc3 => {
+                let phases = self.sinc3.as_ref().ok_or_else(missing)?;
+                drawing.draw(&kernels::Sinc { voxels, phases, vector });
+            }
+            Filter::Sinc5 => {
+                let phases = self.sinc5.as_ref().ok_or_else(missing)?;
+                drawing.draw(&kernels::Sinc { voxels, phases, vector });
+            }
+        }
+        Ok(())
     }
 }
 
@@ -132,37 +186,11 @@ impl Resampler for Cpu {
     ) -> Result<(), ResliceError> {
         // Tables belong to a layout: a volume that was loaded anew may have another.
         self.tables.repeated(volume);
-        let voxels = Source::new(volume.voxels, &self.tables);
-        let missing = || ResliceError::NotPrepared(sampling.filter);
-        let vector = self.vector;
-        let mut image = Image::new(volume, plane, sampling, &mut self.fold, hu);
-        match sampling.filter {
-            Filter::Nearest => image.draw(&kernels::Nearest::new(voxels, volume, vector)),
-            Filter::Linear => image.draw(&kernels::Linear::new(voxels, volume, vector)),
-            Filter::Cubic => {
-                let runs = Runs::new(voxels, volume.layout, volume.grid.dims()[0]);
-                image.draw(&kernels::Cubic { voxels, runs, vector });
-            }
-            Filter::BSpline => {
-                let spline = self.spline.as_ref().filter(|s| s.is_of(volume)).ok_or_else(missing)?;
-                let coefficients = Source::new(&spline.coefficients, &self.spline_tables);
-                let runs = Runs::new(coefficients, &spline.layout, volume.grid.dims()[0]);
-                image.draw(&kernels::BSpline {
-                    coefficients,
-                    runs,
-                    vector,
-                });
-            }
-            Filter::Sinc3 => {
-                let phases = self.sinc3.as_ref().ok_or_else(missing)?;
-                image.draw(&kernels::Sinc { voxels, phases, vector });
-            }
-            Filter::Sinc5 => {
-                let phases = self.sinc5.as_ref().ok_or_else(missing)?;
-                image.draw(&kernels::Sinc { voxels, phases, vector });
-            }
-        }
-        Ok(())
+        let mut fold = std::mem::take(&mut self.fold);
+        let mut image = Image::new(volume, plane, sampling, &mut fold, hu);
+        let drawn = self.draw(volume, sampling.filter, &mut image);
+        self.fold = fold;
+        drawn
     }
 }
 

@@ -1,7 +1,7 @@
 //! The f64 reference: plain code, one point at a time, the oracle of every other back end.
 
 use bus::volume::VolumeView;
-use geometry::SlicePlane;
+use geometry::{Point, SlicePlane};
 use scene::{Filter, Sampling, SlabMode};
 
 use super::spline::Spline;
@@ -57,6 +57,27 @@ impl Resampler for Reference {
 }
 
 impl Reference {
+    /// Samples the volume at `places`, mm in the CT's frame, one value to each; outside the volume, the padding.
+    ///
+    /// # Errors
+    /// [`ResliceError::NotPrepared`].
+    pub fn reslice_at(
+        &self,
+        volume: &VolumeView<'_>,
+        places: &[[f32; 3]],
+        filter: Filter,
+        hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        let source = self.source(volume, filter)?;
+        let voxel_from_ct = volume.grid.voxel_from_ct();
+        for (place, value) in places.iter().zip(hu) {
+            let [x, y, z] = place.map(f64::from);
+            let found = source.sample((voxel_from_ct * Point::new(x, y, z)).mm());
+            *value = found.unwrap_or(f64::from(volume.padding_hu)) as f32;
+        }
+        Ok(())
+    }
+
     fn source<'a>(&'a self, volume: &'a VolumeView<'a>, filter: Filter) -> Result<Source<'a>, ResliceError> {
         let spline = self.spline.as_ref().filter(|s| s.is_of(volume));
         if filter == Filter::BSpline && spline.is_none() {

@@ -12,6 +12,7 @@ use scene::{Sampling, SlabMode};
 use super::super::Samples;
 use super::aligned::{Axes, Lines, Separable};
 use super::kernel::Kernel;
+use super::kernels::Draw;
 use super::patch::Patches;
 use super::region::Region;
 use super::tiles::{Copies, Tiles};
@@ -41,6 +42,24 @@ pub(super) struct Image<'a> {
     hu: &'a mut [f32],
 }
 
+impl Draw for Image<'_> {
+    fn draw<const N: usize>(&mut self, kernel: &impl Separable<N>) {
+        let [kx, ky] = self.samples.fold.map(|k| k as usize);
+        let points = [self.width * kx, self.hu.len() / self.width * ky];
+        match Axes::of(&self.samples, points) {
+            Some(axes) => Vector::with(kernel.vector(), || self.draw_aligned(kernel, axes)),
+            None if self.samples.are_pixels() => self.draw_points(kernel),
+            None => {
+                let (dims, padding) = (self.dims, self.padding);
+                self.draw_sums(|walk, _, line| {
+                    let blocks = whole_blocks(kernel, walk, dims);
+                    segment(kernel, walk, &blocks, 0..line.len(), line, padding);
+                });
+            }
+        }
+    }
+}
+
 impl<'a> Image<'a> {
     pub(super) fn new(
         volume: &VolumeView<'_>,
@@ -59,23 +78,6 @@ impl<'a> Image<'a> {
             padding: f32::from(volume.padding_hu),
             fold,
             hu,
-        }
-    }
-
-    /// Samples every pixel with `kernel`.
-    pub(super) fn draw<const N: usize>(&mut self, kernel: &impl Separable<N>) {
-        let [kx, ky] = self.samples.fold.map(|k| k as usize);
-        let points = [self.width * kx, self.hu.len() / self.width * ky];
-        match Axes::of(&self.samples, points) {
-            Some(axes) => Vector::with(kernel.vector(), || self.draw_aligned(kernel, axes)),
-            None if self.samples.are_pixels() => self.draw_points(kernel),
-            None => {
-                let (dims, padding) = (self.dims, self.padding);
-                self.draw_sums(|walk, _, line| {
-                    let blocks = whole_blocks(kernel, walk, dims);
-                    segment(kernel, walk, &blocks, 0..line.len(), line, padding);
-                });
-            }
         }
     }
 

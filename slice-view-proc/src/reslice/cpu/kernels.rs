@@ -15,6 +15,12 @@ use super::source::Source;
 use super::vector::{Cell, Vector};
 use super::walk::{BITS, Spot, Walk};
 
+/// What a filter draws.
+pub(super) trait Draw {
+    /// Samples all of it with `kernel`.
+    fn draw<const N: usize>(&mut self, kernel: &impl Separable<N>);
+}
+
 /// Copies of `$source` as `$patch`.
 macro_rules! from_copies {
     ($source:ident, $patch:ident) => {

@@ -119,6 +119,38 @@ proptest! {
     }
 }
 
+/// Single places, some of them outside and some no numbers.
+#[test]
+fn places_in_any_order_agree_with_the_reference() {
+    let volume = noise([40, 37, 29], [4, 4, 4], true);
+    let mut random = chance::SplitMix64::new(5);
+    let (low, high) = volume.grid.bounds();
+    let (low, high) = (low.mm(), high.mm());
+    let mut one = |_| [0, 1, 2].map(|a| random.around(0.5 * (low[a] + high[a]), 0.6 * (high[a] - low[a])) as f32);
+    let mut places: Vec<[f32; 3]> = (0..20_000).map(&mut one).collect();
+    places[7] = [f32::NAN, 0.0, 0.0];
+    places[8] = [0.0, f32::INFINITY, 0.0];
+    for filter in Filter::ALL {
+        let mut values = [0, 1, 2].map(|_| vec![f32::NAN; places.len()]);
+        let [fast, portable, exact] = &mut values;
+        let mut reference = Reference::default();
+        reference.prepare(&volume.view(), &[filter.into()], &mut || {}).unwrap();
+        reference.reslice_at(&volume.view(), &places, filter, exact).unwrap();
+        for (mut cpu, found) in [(Cpu::default(), fast), (Cpu::portable(), portable)] {
+            cpu.prepare(&volume.view(), &[filter.into()], &mut || {}).unwrap();
+            cpu.reslice_at(&volume.view(), &places, filter, found).unwrap();
+        }
+        let [fast, portable, exact] = values;
+        assert!(fast.iter().zip(&portable).all(|(a, b)| a.to_bits() == b.to_bits()));
+        let bound = bound(&filter.into());
+        for (k, (a, b)) in fast.iter().zip(&exact).enumerate() {
+            assert!(f64::from((a - b).abs()) <= bound, "{filter:?} {k}: {a} {b}");
+        }
+        assert_eq!(fast[7..9], [-1024.0; 2]);
+        assert!(fast.iter().filter(|hu| **hu != -1024.0).count() > 8_000);
+    }
+}
+
 /// Planes along the axes are summed in another order than the others: axis by axis.
 #[test]
 fn planes_along_the_axes_agree_with_both() {
@@ -185,6 +217,8 @@ fn filters_that_were_not_prepared_are_refused() {
     let mut hu = vec![0.0; (SIZE[0] * SIZE[1]) as usize];
     for filter in [Filter::BSpline, Filter::Sinc3, Filter::Sinc5] {
         let refused = Cpu::default().reslice(&volume.view(), &plane, &filter.into(), &mut hu);
+        assert_eq!(refused, Err(ResliceError::NotPrepared(filter)));
+        let refused = Cpu::default().reslice_at(&volume.view(), &[[0.0; 3]], filter, &mut hu);
         assert_eq!(refused, Err(ResliceError::NotPrepared(filter)));
     }
 }

@@ -68,6 +68,17 @@ impl Walk {
         }
     }
 
+    /// A single point, at a continuous index; none outside the volume.
+    #[inline(always)]
+    pub(super) fn one(index: [f64; 3], dims: [u32; 3]) -> Option<Self> {
+        holds(index, dims).then_some(Self {
+            start: index,
+            step: [0.0; 3],
+            lanes: None,
+            inside: 0..1,
+        })
+    }
+
     /// The first point of block `b`.
     #[inline(always)]
     pub(super) fn block(&self, b: usize) -> Spot {
@@ -150,12 +161,15 @@ pub(super) fn lanes(step: [f64; 3]) -> Option<[[i32; LANES]; 3]> {
     short.then(|| step.map(|s| std::array::from_fn(|k| (s * k as f64 * ONE).round() as i32)))
 }
 
-/// The columns of a row whose points are inside the volume, by the border rule in f64.
+/// Whether a point is inside the volume, by the border rule in f64.
+#[inline(always)]
+pub(in crate::reslice) fn holds(index: [f64; 3], dims: [u32; 3]) -> bool {
+    (0..3).all(|a| index[a] >= -0.5 && index[a] <= f64::from(dims[a]) - 0.5)
+}
+
+/// The columns of a row whose points are inside the volume.
 pub(in crate::reslice) fn inside(samples: &Samples, [y, d]: [f64; 2], width: usize, dims: [u32; 3]) -> Range<usize> {
-    let holds = |column: usize| {
-        let index = samples.at(column as f64, y, d);
-        (0..3).all(|a| index[a] >= -0.5 && index[a] <= f64::from(dims[a]) - 0.5)
-    };
+    let holds = |column: usize| holds(samples.at(column as f64, y, d), dims);
     let start = samples.at(0.0, y, d);
     let (mut from, mut to) = (0.0_f64, width as f64);
     for a in 0..3 {

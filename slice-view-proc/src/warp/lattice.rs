@@ -1,0 +1,45 @@
+//! The corners of pieces where they lie now. Each is computed once, by the first cube that asks: all pieces about it share its bits, those
+//! of a larger neighbour too, whose own sum would round differently.
+
+use super::quadratic::{at, weights};
+use super::shape::{Placed, Shape};
+
+/// Corners of one organ, in the plane's frame: columns, rows, mm behind the plane.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Lattice {
+    round: u32,
+    /// The round in which each corner was computed.
+    rounds: Vec<u32>,
+    corners: Vec<[f64; 3]>,
+    dims: [i32; 3],
+}
+
+impl Lattice {
+    /// Forgets what was computed.
+    pub(super) fn begin(&mut self, shape: &Shape) {
+        let count: usize = shape.corners.iter().map(|n| n.unsigned_abs() as usize).product();
+        self.dims = shape.corners;
+        if self.rounds.len() != count || self.round == u32::MAX {
+            self.rounds = vec![0; count];
+            self.corners = vec![[0.0; 3]; count];
+            self.round = 0;
+        }
+        self.round += 1;
+    }
+
+    /// The eight corners of a piece of `cube`, whose nodes lie at `nodes`: bit 0 of a corner's number is its step along x, and so on.
+    #[inline]
+    pub(super) fn piece(&mut self, cube: &Placed, nodes: &[[f64; 3]; 27], low: [i32; 3]) -> [[f64; 3]; 8] {
+        std::array::from_fn(|k| {
+            let corner = [0, 1, 2].map(|a| low[a] + (k >> a & 1) as i32);
+            let [nx, ny, _] = self.dims;
+            let place = (corner[0] + nx * (corner[1] + ny * corner[2])) as usize;
+            if self.rounds[place] != self.round {
+                let part = |a: usize| f64::from(corner[a] - cube.corner[a]) / f64::from(cube.span);
+                self.rounds[place] = self.round;
+                self.corners[place] = at(nodes, &[0, 1, 2].map(|a| weights(part(a))));
+            }
+            self.corners[place]
+        })
+    }
+}

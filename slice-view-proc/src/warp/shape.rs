@@ -1,0 +1,212 @@
+//! What does not change while an organ moves: its cubes, and where it is at rest.
+
+use super::region::Region;
+
+/// Cubes of an organ, and nodes, at most.
+const MOST_CUBES: usize = 1 << 18;
+const MOST_NODES: usize = 1 << 23;
+/// Corners of pieces in the box about an organ, at most.
+const MOST_CORNERS: u64 = 1 << 23;
+/// A cube is divided into this many pieces along an axis, at most.
+const MOST_PIECES: i32 = 64;
+/// Distance of a corner of a cube from the lattice of pieces, in pieces.
+const OFF_LATTICE: f64 = 1e-6;
+
+/// A cube of 27 nodes along the axes of the CT.
+#[derive(Debug, Clone)]
+pub struct Cube {
+    /// Its lowest corner at rest, mm in the CT's frame.
+    pub low: [f64; 3],
+    /// Its side, mm.
+    pub side: f64,
+    /// Its nodes, fastest along x, then y, then z. Those on a larger neighbour's face lie on that face's function.
+    pub nodes: [u32; 27],
+}
+
+/// Why there is no shape.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoShape {
+    /// Too few or too many of something.
+    #[error("{what}: {found}; 1 to {allowed} are allowed")]
+    Count {
+        /// Of what.
+        what: &'static str,
+        /// How many there are.
+        found: u64,
+        /// How many there may be.
+        allowed: u64,
+    },
+    /// A cube cannot be one of this mesh.
+    #[error("cube {cube}: {why}")]
+    Cube {
+        /// Its number, from 0.
+        cube: usize,
+        /// What is wrong.
+        why: String,
+    },
+    /// The region cannot be one.
+    #[error("the region at rest: {0}")]
+    Region(String),
+    /// A size of pieces that is none.
+    #[error("pieces of {0} mm; a positive size is needed, 1/64 of the largest cube or more")]
+    Piece(f64),
+}
+
+/// What of the organ is in a piece at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Held {
+    Nothing,
+    Part,
+    All,
+}
+
+/// A cube on the lattice of pieces.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub(super) nodes: [u32; 27],
+    /// Its lowest corner and its side, in pieces.
+    pub(super) corner: [i32; 3],
+    pub(super) span: i32,
+    /// What its pieces hold, fastest along x.
+    pub(super) held: Vec<Held>,
+}
+
+/// An organ at rest.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    pub(super) cubes: Vec<Placed>,
+    pub(super) region: Region,
+    pub(super) nodes: usize,
+    /// The place of the lattice's first corner, the step, and the number of its corners along the axes.
+    pub(super) origin: [f64; 3],
+    pub(super) piece_mm: f64,
+    pub(super) corners: [i32; 3],
+}
+
+impl Shape {
+    /// The organ of `cubes` over `nodes` nodes, to be cut in pieces of at most `piece_mm`; sides of cubes are powers of two times the
+    /// smallest, and the corners lie on a lattice of the smallest side.
+    ///
+    /// # Errors
+    /// Each variant of [`NoShape`].
+    pub fn new(cubes: &[Cube], nodes: usize, region: Region, piece_mm: f64) -> Result<Self, NoShape> {
+        count("cubes", cubes.len(), MOST_CUBES)?;
+        count("nodes", nodes, MOST_NODES)?;
+        for (k, cube) in cubes.iter().enumerate() {
+            check(k, cube, nodes)?;
+        }
+        let least = cubes.iter().map(|c| c.side).fold(f64::INFINITY, f64::min);
+        let most = cubes.iter().map(|c| c.side).fold(0.0, f64::max);
+        let piece = piece(least, most, piece_mm).ok_or(NoShape::Piece(piece_mm))?;
+        let origin = std::array::from_fn(|a| cubes.iter().map(|c| c.low[a]).fold(f64::INFINITY, f64::min));
+        let mut shape = Self {
+            cubes: Vec::with_capacity(cubes.len()),
+            region,
+            nodes,
+            origin,
+            piece_mm: piece,
+            corners: [1; 3],
+        };
+        for (k, cube) in cubes.iter().enumerate() {
+            let placed = shape.place(cube).map_err(|why| NoShape::Cube { cube: k, why })?;
+            shape.corners = std::array::from_fn(|a| shape.corners[a].max(placed.corner[a] + placed.span + 1));
+            shape.cubes.push(placed);
+        }
+        let corners: u64 = shape.corners.iter().map(|n| u64::from(n.unsigned_abs())).product();
+        count(
+            "corners of pieces",
+            usize::try_from(corners).unwrap_or(usize::MAX),
+            MOST_CORNERS as usize,
+        )?;
+        Ok(shape)
+    }
+
+    /// Nodes whose places a state gives.
+    pub fn nodes(&self) -> usize {
+        self.nodes
+    }
+
+    /// The size of the pieces, mm.
+    pub fn piece_mm(&self) -> f64 {
+        self.piece_mm
+    }
+
+    /// Where the organ is at rest.
+    pub fn region(&self) -> &Region {
+        &self.region
+    }
+
+    fn place(&self, cube: &Cube) -> Result<Placed, String> {
+        let span = whole(cube.side / self.piece_mm).filter(|n| (*n as u32).is_power_of_two());
+        let span =
+            span.ok_or_else(|| format!("a side of {} mm; powers of two of the smallest are allowed", cube.side))?;
+        let mut corner = [0; 3];
+        for (a, at) in corner.iter_mut().enumerate() {
+            *at = whole((cube.low[a] - self.origin[a]) / self.piece_mm)
+                .ok_or_else(|| format!("its corner {:?} mm is not on the lattice of the others", cube.low))?;
+        }
+        let pieces = (0..span.pow(3)).map(|k| {
+            let low = [k % span, k / span % span, k / (span * span)];
+            self.held(std::array::from_fn(|a| corner[a] + low[a]))
+        });
+        Ok(Placed {
+            nodes: cube.nodes,
+            corner,
+            span,
+            held: pieces.collect(),
+        })
+    }
+
+    fn held(&self, corner: [i32; 3]) -> Held {
+        let low = self.at(corner);
+        let [least, most] = self.region.bounds(low, low.map(|x| x + self.piece_mm));
+        match (least < 0.0, most < 0.0) {
+            (false, _) => Held::Nothing,
+            (true, false) => Held::Part,
+            (true, true) => Held::All,
+        }
+    }
+
+    /// The place of a corner of the lattice at rest, mm.
+    pub(super) fn at(&self, corner: [i32; 3]) -> [f64; 3] {
+        std::array::from_fn(|a| self.origin[a] + self.piece_mm * f64::from(corner[a]))
+    }
+}
+
+/// A whole number that is one, within what rounding leaves of it.
+fn whole(x: f64) -> Option<i32> {
+    let near = x.round();
+    ((x - near).abs() <= OFF_LATTICE && near.abs() < 1e9).then_some(near as i32)
+}
+
+/// The smallest side halved until it is no larger than wanted.
+fn piece(least: f64, most: f64, wanted: f64) -> Option<f64> {
+    if wanted.is_nan() || wanted <= 0.0 {
+        return None;
+    }
+    let sizes = (0..=6).map(|k| least / f64::from(1 << k));
+    let fits = |size: &f64| *size <= wanted * (1.0 + 1e-9) && most / size <= f64::from(MOST_PIECES) * (1.0 + 1e-9);
+    sizes.into_iter().find(fits)
+}
+
+fn check(k: usize, cube: &Cube, nodes: usize) -> Result<(), NoShape> {
+    let refused = |why: String| Err(NoShape::Cube { cube: k, why });
+    if !(cube.side > 0.0 && cube.side.is_finite() && cube.low.iter().all(|x| x.is_finite())) {
+        return refused(format!("a side of {} mm at {:?} mm", cube.side, cube.low));
+    }
+    match cube.nodes.iter().find(|n| **n as usize >= nodes) {
+        Some(node) => refused(format!("node {node} of {nodes}")),
+        None => Ok(()),
+    }
+}
+
+fn count(what: &'static str, found: usize, allowed: usize) -> Result<(), NoShape> {
+    if (1..=allowed).contains(&found) {
+        return Ok(());
+    }
+    Err(NoShape::Count {
+        what,
+        found: found as u64,
+        allowed: allowed as u64,
+    })
+}

@@ -1,0 +1,6 @@
+mod bad;
+mod exact;
+mod fields;
+mod pixels;
+mod slices;
+mod stage;
