@@ -10,7 +10,7 @@ const MOST_LOOKS: f64 = 1e5;
 /// Across it, in rings at most so far from one another, mm.
 const RING: f64 = 1.5;
 
-/// A surface is stretched by up to so much at the tip, before it is refused: 1.7 was found on a kidney 10 mm deep, where the least is 1.
+/// Points are laid for a surface stretched by so much; 1.7 was found on a kidney 10 mm deep. What a state stretches more may be refused.
 const STRETCH: f64 = 4.0;
 /// Points of the surface within so many radii of the tube's axis may come to be at it.
 const REACH: f64 = 3.0;
