@@ -11,6 +11,7 @@
 
 mod build;
 mod curved;
+mod denser;
 mod elements;
 mod field;
 mod fill;

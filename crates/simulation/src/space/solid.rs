@@ -77,6 +77,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
         Vec::new()
     }
 
+    /// The largest factor by which a length along the surface is stretched at a point of it. 1 where it is not known.
+    fn stretch(&self, _a: &[f64], _point: usize) -> f64 {
+        1.0
+    }
+
     /// Where a point of the surface is.
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64>;
 

@@ -20,6 +20,7 @@ mod refusals;
 mod rules;
 mod scales;
 mod sphere;
+mod stretched;
 mod sums;
 mod terms;
 

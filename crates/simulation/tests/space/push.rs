@@ -83,7 +83,12 @@ impl Pushed {
 
     /// Of any mesh of the quarter.
     pub(crate) fn of(mesh: Mesh, nu: f64, radius: f64) -> Self {
-        let material = Material::new(Law::NeoHookean, YOUNG, nu).unwrap();
+        Self::of_law(Law::NeoHookean, mesh, nu, radius)
+    }
+
+    /// Of any law.
+    pub(crate) fn of_law(law: Law, mesh: Mesh, nu: f64, radius: f64) -> Self {
+        let material = Material::new(law, YOUNG, nu).unwrap();
         let (system, body) = system(&mesh, material, radius);
         let order = Dissection::by_places(&system.places(), &[]).unwrap();
         let control = Control {

@@ -37,7 +37,8 @@ impl Body {
             organ.within.get(level).is_some_and(|reach| near < *reach)
         };
         let mesh = Mesh::new(&field, field.corners, settings, &refine);
-        let mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
+        let mut mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
+        mesh.lay_points(&field, settings.depth, &|low, high| way.spacing([low, high], last));
         Ok(Self {
             name: organ.name.clone(),
             label: organ.label,

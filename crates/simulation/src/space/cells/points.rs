@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::grid::Cell;
 use super::mesh::Mesh;
-use super::parts::VolumePoint;
+use super::parts::{SurfacePoint, VolumePoint};
 use super::shape::{gradients, values};
 
 impl Mesh {
@@ -27,6 +27,11 @@ impl Mesh {
 
     /// Free nodes with the derivatives of their weights in a point's displacement by the reference position.
     pub fn slopes(&self, point: &VolumePoint) -> Vec<(u32, Vector3<f64>)> {
+        self.slopes_in(point.cell as usize, &point.at)
+    }
+
+    /// The same of a point of the surface.
+    pub fn surface_slopes(&self, point: &SurfacePoint) -> Vec<(u32, Vector3<f64>)> {
         self.slopes_in(point.cell as usize, &point.at)
     }
 

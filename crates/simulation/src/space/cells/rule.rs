@@ -72,6 +72,16 @@ impl Rule {
         build.rule
     }
 
+    /// Points of the surface alone, in a box between two corners.
+    pub fn surface_of(field: &dyn Field, low: &Vector3<f64>, high: &Vector3<f64>, depth: Depth) -> Vec<Surface> {
+        let [least, most] = field.bounds(low, high);
+        // All of it is inside, or outside.
+        if least >= 0.0 || most <= 0.0 {
+            return Vec::new();
+        }
+        Self::of(field, low, high, depth).surface
+    }
+
     /// Volume inside.
     pub fn volume(&self) -> f64 {
         self.inside.iter().map(|p| p.weight).sum()

@@ -15,18 +15,38 @@ impl Mesh {
 
 /// Points of the faces of whole cubes that no cube lies beyond: where the region ends with the grid.
 pub(super) fn faces(mesh: &Mesh, whole: &[bool]) -> Vec<SurfacePoint> {
-    let mut points = Vec::new();
-    for (number, cell) in mesh.cells.iter().enumerate().filter(|(k, _)| whole[*k]) {
-        let [low, high] = mesh.grid.corners(cell);
-        for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
-            let mut beyond = cell.corner;
-            beyond[axis] += if up { cell.span } else { -1 };
-            if mesh.grid.cell_at(beyond).is_none() && !any_smaller(mesh, beyond, axis, cell.span) {
+    let numbers = (0..mesh.cells.len()).filter(|k| whole[*k]);
+    numbers.flat_map(|number| faces_of(mesh, number, 1)).collect()
+}
+
+/// The same of one cube, each face in so many parts along its sides.
+pub(super) fn faces_of(mesh: &Mesh, number: usize, parts: usize) -> Vec<SurfacePoint> {
+    let (cell, mut points) = (&mesh.cells[number], Vec::new());
+    let [low, high] = mesh.grid.corners(cell);
+    for (axis, up) in (0..3).flat_map(|axis| [(axis, false), (axis, true)]) {
+        let mut beyond = cell.corner;
+        beyond[axis] += if up { cell.span } else { -1 };
+        if mesh.grid.cell_at(beyond).is_none() && !any_smaller(mesh, beyond, axis, cell.span) {
+            for [low, high] in squares([low, high], axis, parts) {
                 points.extend(face(number, &low, &high, axis, up));
             }
         }
     }
     points
+}
+
+/// A box in so many parts along both axes but one.
+fn squares([low, high]: [Vector3<f64>; 2], axis: usize, parts: usize) -> Vec<[Vector3<f64>; 2]> {
+    let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
+    let part = |n: usize| {
+        let (mut from, mut to) = (low, high);
+        for (k, number) in [(a, n % parts), (b, n / parts)] {
+            let at = |i: usize| low[k] + (high[k] - low[k]) * (i as f64 / parts as f64);
+            (from[k], to[k]) = (at(number), at(number + 1));
+        }
+        [from, to]
+    };
+    (0..parts * parts).map(part).collect()
 }
 
 /// Whether smaller cubes lie behind a face of which the first step beyond is given.

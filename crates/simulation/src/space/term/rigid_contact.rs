@@ -76,12 +76,18 @@ impl<R: Rigid> RigidContact<R> {
         self.pressures.touches.iter().map(depth).fold(0.0, f64::max)
     }
 
-    /// The widest gap between points of the surface at it, mm: what is so thick may lie between them unseen.
+    /// The widest gap between points of the surface at it, mm, as the surface is stretched there: what is so thick may lie between them unseen.
     pub fn widest_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let gap = |touch: &Touch| {
-            let near = self.near(solid, part, touch, SEEN_AT * touch.area.sqrt());
-            near.map_or(0.0, |d| gap_at(touch.area, d.value))
+            // What is nearer to it than its radius, however far points there have been drawn apart.
+            let most = self.rigid.radius().max(SEEN_AT * touch.area.sqrt());
+            let Some(near) = self.near(solid, part, touch, most).filter(|near| near.value <= most) else {
+                return 0.0;
+            };
+            // The widest way of a long thin part counts for all of it.
+            let stretch = solid.stretch(part, touch.point);
+            gap_at(touch.area * stretch * stretch, near.value)
         };
         self.pressures.touches.iter().map(gap).fold(0.0, f64::max)
     }

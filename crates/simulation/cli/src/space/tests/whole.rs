@@ -68,7 +68,12 @@ fn by_hand() -> [Vector3<f64>; 2] {
         levels: 1,
         ..Settings::of_side(12.0)
     };
-    let mesh = Mesh::new(&field, field.corners, &settings, &near).unwrap();
+    let mut mesh = Mesh::new(&field, field.corners, &settings, &near).unwrap();
+    // As near to one another as an eighth of the tube's radius, within three radii of its way.
+    mesh.lay_points(&field, settings.depth, &|low, high| {
+        let away = from_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
+        (away < 18.0).then_some(6.0 / 8.0)
+    });
     let floor: Vec<Vector3<f64>> = (0..labels.len()).filter(|n| labels[*n] == 3).map(place).collect();
     let away = |x: &Vector3<f64>, voxel: &Vector3<f64>| (x - voxel).map(|c| (c.abs() - 1.5).max(0.0)).norm_squared();
     let on_floor = |x: &Vector3<f64>| floor.iter().any(|voxel| away(x, voxel) <= 16.0);
