@@ -40,6 +40,8 @@ fn main() {
         ("double", Precision::Double, 2),
         ("single", Precision::Single, 1),
         ("single", Precision::Single, 2),
+        ("single throughout", Precision::SingleThroughout, 1),
+        ("single throughout", Precision::SingleThroughout, 2),
     ];
     let rows: Vec<String> = cases
         .into_iter()
