@@ -71,23 +71,30 @@ pub(super) fn add<E: Number>(
     };
     let parts = [(panel, 0, size), (own, front.width, front.height)];
     if threads > 1 && size * size >= SHARED_ENTRIES {
-        let jobs = parts.into_iter().flat_map(|(entries, first, rows)| chunks(entries, first, rows, COLUMNS));
+        let jobs = parts
+            .into_iter()
+            .flat_map(|(entries, first, rows)| chunks(entries, first, rows, COLUMNS));
         share(jobs.collect(), threads, work);
     } else {
-        let whole = parts.into_iter().flat_map(|(entries, first, rows)| chunks(entries, first, rows, size));
+        let whole = parts
+            .into_iter()
+            .flat_map(|(entries, first, rows)| chunks(entries, first, rows, size));
         whole.for_each(work);
     }
 }
 
 /// Columns from one on, so many at a time.
 fn chunks<E>(entries: &mut [E], first: usize, rows: usize, count: usize) -> impl Iterator<Item = Columns<'_, E>> {
-    entries.chunks_mut((count * rows).max(1)).enumerate().map(move |(k, entries)| {
-        let start = first + k * count;
-        Columns {
-            numbers: start..start + entries.len() / rows,
-            entries,
-            rows,
-            above: first,
-        }
-    })
+    entries
+        .chunks_mut((count * rows).max(1))
+        .enumerate()
+        .map(move |(k, entries)| {
+            let start = first + k * count;
+            Columns {
+                numbers: start..start + entries.len() / rows,
+                entries,
+                rows,
+                above: first,
+            }
+        })
 }

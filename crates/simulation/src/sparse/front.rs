@@ -33,8 +33,8 @@ fn halves<T: Number>(
     if to - from <= BLOCK_COLUMNS {
         let mut negative = 0;
         for (k, own) in diagonal.iter().enumerate().take(to).skip(from) {
-            negative += usize::from(column(panel, size, [k, to], *own)
-                .map_err(|pivot| (k, pivot.value(), own.value()))?);
+            negative +=
+                usize::from(column(panel, size, [k, to], *own).map_err(|pivot| (k, pivot.value(), own.value()))?);
             if negative >= most {
                 break;
             }
@@ -79,4 +79,3 @@ fn column<T: Number>(panel: &mut [T], size: usize, [k, to]: [usize; 2], diagonal
     own.iter_mut().for_each(|l| *l /= pivot);
     Ok(value < 0.0)
 }
-

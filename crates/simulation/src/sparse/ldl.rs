@@ -239,7 +239,8 @@ impl Ldl {
     fn shift(&mut self, shift: f64) {
         let weight = |unknown: &u32| self.weights.get(*unknown as usize).copied().unwrap_or(1.0);
         self.shifts.clear();
-        self.shifts.extend(self.symbolic.order.iter().map(|u| shift * weight(u)));
+        self.shifts
+            .extend(self.symbolic.order.iter().map(|u| shift * weight(u)));
     }
 
     /// Front by front. How many pivots are negative; once they are `most`, the rest is left as it is.

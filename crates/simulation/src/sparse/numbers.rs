@@ -112,7 +112,13 @@ impl<E: Number> Worker<E> {
         let mut own = self.zeros(front.height);
         let children = self.left.len() - front.children;
         let parts = [&mut self.panel[..], &mut own[..]];
-        add(matrix.symbolic, &self.left[children..], front, parts, self.scratch.threads);
+        add(
+            matrix.symbolic,
+            &self.left[children..],
+            front,
+            parts,
+            self.scratch.threads,
+        );
         // The children are used up.
         self.spare.extend(self.left.drain(children..).map(|(_, left)| left));
         own

@@ -109,7 +109,11 @@ fn interleave<E: Number, T: Number, const N: usize>(columns: &[E], k: usize, blo
     let columns: [&[E]; N] = std::array::from_fn(|c| &columns[c * size + k..(c + 1) * size]);
     for (i, row) in block.as_chunks_mut::<N>().0.iter_mut().enumerate() {
         for (c, l) in row.iter_mut().enumerate() {
-            *l = if i > c { T::rounded(columns[c][i].value()) } else { T::default() };
+            *l = if i > c {
+                T::rounded(columns[c][i].value())
+            } else {
+                T::default()
+            };
         }
     }
 }

@@ -95,13 +95,7 @@ pub(super) fn subtract<T: Number>(
 }
 
 /// Strips by several threads: each has columns of its own, so that the bits are those of one.
-fn shared<T: Number>(
-    factor: &Factor<'_, T>,
-    mut c: &mut [T],
-    stride: usize,
-    strips: &[[usize; 2]],
-    threads: usize,
-) {
+fn shared<T: Number>(factor: &Factor<'_, T>, mut c: &mut [T], stride: usize, strips: &[[usize; 2]], threads: usize) {
     let mut jobs = Vec::new();
     for &[from, width] in strips {
         // The last column may end with its last row.
@@ -116,13 +110,7 @@ fn shared<T: Number>(
 }
 
 /// So many columns from one on; entries above the diagonal are spoilt.
-fn strip<T: Number>(
-    factor: &Factor<'_, T>,
-    c: &mut [T],
-    stride: usize,
-    [from, width]: [usize; 2],
-    terms: &mut Vec<T>,
-) {
+fn strip<T: Number>(factor: &Factor<'_, T>, c: &mut [T], stride: usize, [from, width]: [usize; 2], terms: &mut Vec<T>) {
     terms.clear();
     for p in 0..factor.depth() {
         let pivot = factor.pivot(p);
@@ -137,7 +125,15 @@ fn strip<T: Number>(
         rectangle(factor, c, stride, [from, width], columns, [at, width - at], terms);
     }
     // All of what is below the triangle at once, or a narrow strip from its diagonal on.
-    rectangle(factor, c, stride, [from, width], [0, width], [steps, height - steps], terms);
+    rectangle(
+        factor,
+        c,
+        stride,
+        [from, width],
+        [0, width],
+        [steps, height - steps],
+        terms,
+    );
 }
 
 /// Some columns and rows (first, count) of a strip by one product.

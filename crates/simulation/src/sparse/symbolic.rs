@@ -194,6 +194,8 @@ impl Symbolic {
     pub(super) fn starts_among(&self, places: &[u32]) -> Vec<usize> {
         let starts = self.fronts.iter().map(|f| f.start);
         let starts = starts.chain([self.entries]);
-        starts.map(|start| places.partition_point(|p| (*p as usize) < start)).collect()
+        starts
+            .map(|start| places.partition_point(|p| (*p as usize) < start))
+            .collect()
     }
 }
