@@ -13,13 +13,17 @@
 //! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`).
 
 mod dense;
+mod extend;
 mod front;
 mod graph;
 mod ldl;
+mod number;
 mod numbers;
 mod order;
 mod packed;
 mod parallel;
+mod parts;
+mod product;
 mod share;
 mod solution;
 mod store;

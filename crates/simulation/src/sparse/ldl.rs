@@ -5,10 +5,10 @@ use std::num::NonZeroUsize;
 use nalgebra::DMatrix;
 
 use super::Triplets;
-use super::numbers::Matrix;
+use super::numbers::{Matrix, Values};
 use super::order::Dissection;
 use super::parallel::Workers;
-use super::store::{Precision, Store};
+use super::store::{Form, Precision, Store};
 use super::symbolic::Symbolic;
 
 /// Patterns that are joined before the oldest are forgotten.
@@ -49,25 +49,25 @@ pub struct Ldl {
     /// None: one.
     threads: Option<NonZeroUsize>,
     places: Vec<(u32, u32)>,
-    /// The entry that each triplet adds to.
+    /// The place in the fronts' columns that each triplet adds to, and the entry of the matrix that this is.
     slots: Vec<u32>,
+    entry_of: Vec<u32>,
     /// The places that the elimination was found for: those of several matrices.
     pattern: Vec<(u32, u32)>,
     pub(super) joined: usize,
     pub(super) symbolic: Symbolic,
-    /// The matrix taken up last, by the same places as the factor.
-    matrix: Vec<f64>,
-    /// The columns of all fronts: `L`, and the pivots on the diagonal.
-    pub(super) factor: Vec<f64>,
-    /// The same for solutions of large matrices.
+    /// The matrix taken up last.
+    matrix: Values,
+    /// The columns of all fronts: `L`, and the pivots.
     pub(super) store: Store,
     /// What a shift is multiplied by, unknown by unknown; none: 1.
     weights: Vec<f64>,
-    /// The diagonal of what is factored, in the order of elimination.
-    diagonal: Vec<f64>,
+    /// What is added to the diagonal, in the order of elimination.
+    shifts: Vec<f64>,
     /// What the elimination of all others leaves on the root.
     pub(super) root: DMatrix<f64>,
-    workers: Workers,
+    workers: Workers<f64>,
+    singles: Workers<f32>,
 }
 
 impl Ldl {
@@ -123,10 +123,9 @@ impl Ldl {
         if self.symbolic.order.len() != size || self.places != matrix.places {
             self.learn(size, &matrix.places);
         }
-        self.matrix.clear();
-        self.matrix.resize(self.symbolic.entries, 0.0);
-        for (slot, value) in self.slots.iter().zip(&matrix.values) {
-            self.matrix[*slot as usize] += value;
+        self.matrix.values.fill(0.0);
+        for (entry, value) in self.entry_of.iter().zip(&matrix.values) {
+            self.matrix.values[*entry as usize] += value;
         }
     }
 
@@ -138,7 +137,7 @@ impl Ldl {
         self.shift(shift);
         let negative = self.eliminate(usize::MAX)?;
         Ok(Inertia {
-            positive: self.diagonal.len() - negative,
+            positive: self.shifts.len() - negative,
             negative,
         })
     }
@@ -175,6 +174,35 @@ impl Ldl {
         }
         let known = self.places.len();
         self.places.extend_from_slice(&places[known..]);
+        self.gather();
+    }
+
+    /// The entries that the slots are of.
+    fn gather(&mut self) {
+        // A bit for each place: its rank among those that are set is the entry's number.
+        let mut bits = vec![0_u64; self.symbolic.entries.div_ceil(64)];
+        for slot in &self.slots {
+            bits[*slot as usize / 64] |= 1 << (slot % 64);
+        }
+        let mut ranks = Vec::with_capacity(bits.len());
+        let places = &mut self.matrix.places;
+        places.clear();
+        for (k, word) in bits.iter().enumerate() {
+            ranks.push(places.len() as u32);
+            let mut rest = *word;
+            while rest != 0 {
+                places.push(64 * k as u32 + rest.trailing_zeros());
+                rest &= rest - 1;
+            }
+        }
+        let rank = |slot: &u32| {
+            let before = bits[*slot as usize / 64] & ((1 << (slot % 64)) - 1);
+            ranks[*slot as usize / 64] + before.count_ones()
+        };
+        self.entry_of.clear();
+        self.entry_of.extend(self.slots.iter().map(rank));
+        self.matrix.starts = self.symbolic.starts_among(&self.matrix.places);
+        self.matrix.values.resize(self.matrix.places.len(), 0.0);
     }
 
     /// The slots of these places; those that begin as the last ones did are known. False where the elimination lacks one.
@@ -209,29 +237,48 @@ impl Ldl {
     }
 
     fn shift(&mut self, shift: f64) {
-        // Elimination is in place: the matrix stays for the next shift.
-        self.factor.clone_from(&self.matrix);
-        self.diagonal.clear();
-        for (slot, unknown) in self.symbolic.diagonals().zip(&self.symbolic.order) {
-            let weight = self.weights.get(*unknown as usize).copied().unwrap_or(1.0);
-            self.factor[slot] += shift * weight;
-            self.diagonal.push(self.factor[slot]);
-        }
+        let weight = |unknown: &u32| self.weights.get(*unknown as usize).copied().unwrap_or(1.0);
+        self.shifts.clear();
+        self.shifts
+            .extend(self.symbolic.order.iter().map(|u| shift * weight(u)));
     }
 
     /// Front by front. How many pivots are negative; once they are `most`, the rest is left as it is.
     fn eliminate(&mut self, most: usize) -> Result<usize, NoPivot> {
-        let (symbolic, factor, root) = (&self.symbolic, &mut self.factor, &mut self.root);
-        let matrix = Matrix {
+        let (symbolic, root, store) = (&self.symbolic, &mut self.root, &mut self.store);
+        let mut matrix = Matrix {
             symbolic,
-            diagonal: &self.diagonal,
+            values: &self.matrix,
+            shifts: &self.shifts,
+            scale: 1.0,
         };
         let threads = self.threads.map_or(1, usize::from);
-        let found = self.workers.eliminate(matrix, factor, root, most, threads);
-        // Paths of contacts in the plane rest on the rounding of the unpacked one. Also without a pivot in the root,
-        // as what comes before it is whole.
-        let packed = self.dissection.is_some() || self.precision == Precision::Single;
-        self.store.take_up(packed.then_some(self.precision), symbolic, factor);
+        // Paths of contacts in the plane rest on the rounding of the unpacked one.
+        let form = match self.precision {
+            Precision::Double if self.dissection.is_none() => Form::Whole,
+            Precision::Double => Form::Double,
+            Precision::Single | Precision::SingleThroughout => Form::Single,
+        };
+        store.set(form);
+        let found = match (self.precision, form) {
+            (Precision::SingleThroughout, _) => {
+                matrix.scale = matrix.unit();
+                let place = store.single.packed(symbolic);
+                self.singles.eliminate(matrix, place, root, most, threads)
+            }
+            (_, Form::Single) => {
+                let place = store.single.packed(symbolic);
+                self.workers.eliminate(matrix, place, root, most, threads)
+            }
+            (_, Form::Double) => {
+                let place = store.double.packed(symbolic);
+                self.workers.eliminate(matrix, place, root, most, threads)
+            }
+            (_, Form::Whole) => {
+                let place = store.double.whole(symbolic);
+                self.workers.eliminate(matrix, place, root, most, threads)
+            }
+        };
         found.map_err(|(front, (column, pivot, diagonal))| NoPivot {
             unknown: symbolic.order[symbolic.fronts[front].first + column] as usize,
             pivot,

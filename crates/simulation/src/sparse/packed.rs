@@ -6,48 +6,12 @@
 
 use std::ops::Range;
 
+use super::number::Number;
+use super::store::Kept;
 use super::symbolic::{Front, Symbolic};
 
 /// Columns of a block: as many as fit, the widest first.
 const WIDTHS: [usize; 4] = [8, 4, 2, 1];
-
-/// An entry of `L` as it is stored.
-pub(super) trait Stored: Copy + Default {
-    fn rounded(value: f64) -> Self;
-    fn value(self) -> f64;
-}
-
-impl Stored for f64 {
-    fn rounded(value: f64) -> Self {
-        value
-    }
-
-    #[inline]
-    fn value(self) -> f64 {
-        self
-    }
-}
-
-impl Stored for f32 {
-    fn rounded(value: f64) -> Self {
-        value as f32
-    }
-
-    #[inline]
-    fn value(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-/// `L` below its diagonal, and the pivots.
-#[derive(Debug, Clone)]
-pub(super) struct Packed<T> {
-    /// Block by block, each from the row of its first column on, row by row; at and above the diagonal zeros.
-    entries: Vec<T>,
-    /// Where each front begins, and the last one ends.
-    starts: Vec<usize>,
-    pivots: Vec<f64>,
-}
 
 /// Columns of a front: the first, and how many.
 fn blocks(width: usize) -> impl DoubleEndedIterator<Item = (usize, usize)> {
@@ -59,47 +23,30 @@ fn blocks(width: usize) -> impl DoubleEndedIterator<Item = (usize, usize)> {
     wide.chain(rest.map(move |n| (width & !(2 * n - 1), n)))
 }
 
-impl<T: Stored> Packed<T> {
-    pub(super) fn new(symbolic: &Symbolic, factor: &[f64]) -> Self {
-        let mut packed = Self {
-            entries: Vec::new(),
-            starts: Vec::new(),
-            pivots: Vec::new(),
-        };
-        packed.store(symbolic, factor);
-        packed
-    }
+/// Entries of a front.
+pub(super) fn length(front: &Front) -> usize {
+    blocks(front.width).map(|(k, n)| n * (front.size() - k)).sum()
+}
 
-    /// Takes up a factor.
-    pub(super) fn store(&mut self, symbolic: &Symbolic, factor: &[f64]) {
-        self.pivots.clear();
-        self.pivots.extend(symbolic.diagonals().map(|slot| factor[slot]));
-        self.starts.clear();
-        let mut end = 0;
-        for front in &symbolic.fronts {
-            self.starts.push(end);
-            end += blocks(front.width).map(|(k, n)| n * (front.size() - k)).sum::<usize>();
-        }
-        self.starts.push(end);
-        // Nothing is cleared: every entry is written below, those at and above the diagonal as zeros.
-        self.entries.resize(end, T::default());
-        for (front, start) in symbolic.fronts.iter().zip(&self.starts) {
-            let (panel, size, mut start) = (&factor[front.panel()], front.size(), *start);
-            for (k, n) in blocks(front.width) {
-                let columns = &panel[k * size..(k + n) * size];
-                let block = &mut self.entries[start..start + n * (size - k)];
-                start += block.len();
-                // The number of columns is a constant in each, so that loops over them can be unrolled.
-                match n {
-                    8 => interleave::<T, 8>(columns, k, block),
-                    4 => interleave::<T, 4>(columns, k, block),
-                    2 => interleave::<T, 2>(columns, k, block),
-                    _ => interleave::<T, 1>(columns, k, block),
-                }
-            }
+/// Takes up the columns of a front, as they were eliminated.
+// Nothing is cleared: every entry is written, those at and above the diagonal as zeros.
+pub(super) fn keep<E: Number, T: Number>(front: &Front, panel: &[E], mut entries: &mut [T]) {
+    let size = front.size();
+    for (k, n) in blocks(front.width) {
+        let columns = &panel[k * size..(k + n) * size];
+        let (block, rest) = entries.split_at_mut(n * (size - k));
+        entries = rest;
+        // The number of columns is a constant in each, so that loops over them can be unrolled.
+        match n {
+            8 => interleave::<E, T, 8>(columns, k, block),
+            4 => interleave::<E, T, 4>(columns, k, block),
+            2 => interleave::<E, T, 2>(columns, k, block),
+            _ => interleave::<E, T, 1>(columns, k, block),
         }
     }
+}
 
+impl<T: Number> Kept<T> {
     /// `L x = b`, then `D x = b`, of some fronts.
     pub(super) fn forward(&self, symbolic: &Symbolic, fronts: Range<usize>, x: &mut [f64]) {
         let mut all = Vec::new();
@@ -157,18 +104,22 @@ impl<T: Stored> Packed<T> {
 }
 
 /// `N` columns, the first of them column `k` of its front, row by row from row `k` on.
-fn interleave<T: Stored, const N: usize>(columns: &[f64], k: usize, block: &mut [T]) {
+fn interleave<E: Number, T: Number, const N: usize>(columns: &[E], k: usize, block: &mut [T]) {
     let size = columns.len() / N;
-    let columns: [&[f64]; N] = std::array::from_fn(|c| &columns[c * size + k..(c + 1) * size]);
+    let columns: [&[E]; N] = std::array::from_fn(|c| &columns[c * size + k..(c + 1) * size]);
     for (i, row) in block.as_chunks_mut::<N>().0.iter_mut().enumerate() {
         for (c, l) in row.iter_mut().enumerate() {
-            *l = if i > c { T::rounded(columns[c][i]) } else { T::default() };
+            *l = if i > c {
+                T::rounded(columns[c][i].value())
+            } else {
+                T::default()
+            };
         }
     }
 }
 
 /// Solves for the first `N` of `y` and takes from the rest what they add to it.
-fn take_off<T: Stored, const N: usize>(block: &[T], y: &mut [f64]) {
+fn take_off<T: Number, const N: usize>(block: &[T], y: &mut [f64]) {
     let (rows, _) = block.as_chunks::<N>();
     let (own, below) = y.split_at_mut(N);
     let mut values = [0.0; N];
@@ -185,7 +136,7 @@ fn take_off<T: Stored, const N: usize>(block: &[T], y: &mut [f64]) {
 }
 
 /// Takes from the first `N` of `y` the products of their columns with the rest, and solves for them.
-fn put_in<T: Stored, const N: usize>(block: &[T], y: &mut [f64]) {
+fn put_in<T: Number, const N: usize>(block: &[T], y: &mut [f64]) {
     let (rows, _) = block.as_chunks::<N>();
     let (own, below) = y.split_at_mut(N);
     // Every other row apart, so that neither sum waits for the other.

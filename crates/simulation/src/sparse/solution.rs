@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Ldl, substitution};
+use super::Ldl;
 
 /// A right side that was reduced to the root.
 #[derive(Debug, Clone)]
@@ -26,10 +26,11 @@ impl Ldl {
         let s = &self.symbolic;
         // `v^T A v = d_k < 0` for `L^T v = e_k`. Columns after the first negative pivot may not be eliminated; `e_k`
         // has no part in them.
-        let first = s.diagonals().position(|slot| self.factor[slot] < 0.0)?;
+        let first = self.store.pivots().iter().position(|pivot| *pivot < 0.0)?;
         let mut x = vec![0.0; s.order.len()];
         x[first] = 1.0;
-        substitution::back(s, &self.factor, &mut x);
+        // Fronts after this one may hold anything.
+        self.store.back(s, 0..s.front_of(first) + 1, &mut x);
         let mut direction = vec![0.0; x.len()];
         for (i, value) in s.order.iter().zip(x) {
             direction[*i as usize] = value;
@@ -42,8 +43,8 @@ impl Ldl {
         let order = &self.symbolic.order;
         let mut x: Vec<f64> = order.iter().map(|i| b[*i as usize]).collect();
         let fronts = self.symbolic.fronts.len();
-        self.store.forward(&self.symbolic, &self.factor, 0..fronts, &mut x);
-        self.store.back(&self.symbolic, &self.factor, 0..fronts, &mut x);
+        self.store.forward(&self.symbolic, 0..fronts, &mut x);
+        self.store.back(&self.symbolic, 0..fronts, &mut x);
         for (i, value) in order.iter().zip(x) {
             b[*i as usize] = value;
         }
@@ -62,7 +63,7 @@ impl Ldl {
     pub fn reduce(&self, b: &[f64]) -> Reduced {
         let mut x: Vec<f64> = self.symbolic.order.iter().map(|i| b[*i as usize]).collect();
         let fronts = 0..self.above_root();
-        self.store.forward(&self.symbolic, &self.factor, fronts, &mut x);
+        self.store.forward(&self.symbolic, fronts, &mut x);
         Reduced {
             x,
             kept: self.symbolic.kept,
@@ -75,7 +76,7 @@ impl Ldl {
         let first = x.len() - self.symbolic.kept;
         x[first..].copy_from_slice(y);
         let fronts = 0..self.above_root();
-        self.store.back(&self.symbolic, &self.factor, fronts, &mut x);
+        self.store.back(&self.symbolic, fronts, &mut x);
         let mut all = vec![0.0; x.len()];
         for (i, value) in self.symbolic.order.iter().zip(x) {
             all[*i as usize] = value;

@@ -1,60 +1,124 @@
-//! How a factor is stored for solutions.
+//! How a factor is kept for solutions.
 
 use std::ops::Range;
 
-use super::packed::Packed;
+use super::number::Number;
+use super::numbers::Keep;
+use super::packed::{keep, length};
+use super::parallel::Place;
 use super::substitution;
-use super::symbolic::Symbolic;
+use super::symbolic::{Front, Symbolic};
 
-/// How entries of `L` are stored for solutions.
+/// What a factor is computed and kept in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Precision {
-    /// As they are eliminated.
+    /// Double precision.
     #[default]
     Double,
-    /// Rounded to single precision, pivots in double: half the bytes to read. A solution has an error of about 6e-8 times
-    /// the condition of the matrix, which refinement with the residual takes away where that product is below one.
+    /// Eliminated in double precision and kept rounded to single, pivots in double: half the bytes to read. A solution has an error of
+    /// about 6e-8 times the condition of the matrix, which refinement with the residual takes away where that product is below one.
+    Single,
+    /// Eliminated in single precision too: half the bytes and twice the rate of products. Rounding is some hundred times that of `Single`, and with
+    /// it what refinement leaves at each solution; a pivot below 5e-6 of its diagonal entry counts as zero. Where a matrix is
+    /// that near to a singular one, its inertia may be another.
+    SingleThroughout,
+}
+
+/// The columns of all fronts, and the pivots.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Kept<T> {
+    pub(super) entries: Vec<T>,
+    /// Where each front begins, and the last one ends.
+    pub(super) starts: Vec<usize>,
+    /// Without a pivot that was found last: 0.
+    pub(super) pivots: Vec<f64>,
+}
+
+impl<T: Number> Kept<T> {
+    /// Room for a factor whose fronts have so many entries each.
+    fn room<E>(&mut self, symbolic: &Symbolic, keep: Keep<E, T>, length: fn(&Front) -> usize) -> Place<'_, E, T> {
+        self.starts.clear();
+        let mut end = 0;
+        for front in &symbolic.fronts {
+            self.starts.push(end);
+            end += length(front);
+        }
+        self.starts.push(end);
+        // Nothing is cleared: what is solved with is written.
+        self.entries.resize(end, T::default());
+        self.pivots.clear();
+        self.pivots.resize(symbolic.order.len(), 0.0);
+        Place {
+            entries: &mut self.entries,
+            pivots: &mut self.pivots,
+            starts: &self.starts,
+            keep,
+        }
+    }
+
+    /// Room for packed columns.
+    pub(super) fn packed<E: Number>(&mut self, symbolic: &Symbolic) -> Place<'_, E, T> {
+        self.room(symbolic, keep::<E, T>, length)
+    }
+
+    /// Room for columns as they are eliminated.
+    pub(super) fn whole(&mut self, symbolic: &Symbolic) -> Place<'_, T, T> {
+        let copy = |_: &Front, panel: &[T], entries: &mut [T]| entries.copy_from_slice(panel);
+        self.room(symbolic, copy, |front| front.panel().len())
+    }
+}
+
+/// How columns are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Form {
+    /// In double precision as they are eliminated.
+    #[default]
+    Whole,
+    Double,
     Single,
 }
 
 /// A factor as solutions read it.
 #[derive(Debug, Clone, Default)]
-pub(super) enum Store {
-    /// Where it was eliminated.
-    #[default]
-    Factor,
-    Double(Packed<f64>),
-    Single(Packed<f32>),
+pub(super) struct Store {
+    form: Form,
+    pub(super) double: Kept<f64>,
+    pub(super) single: Kept<f32>,
 }
 
 impl Store {
-    /// Takes up a factor anew: packed, or none where it is read where it was eliminated.
-    pub(super) fn take_up(&mut self, packed: Option<Precision>, symbolic: &Symbolic, factor: &[f64]) {
-        // A store of the same kind is filled in the memory that it has: factors of one pattern are equally long.
-        match (packed, &mut *self) {
-            (Some(Precision::Double), Self::Double(packed)) => packed.store(symbolic, factor),
-            (Some(Precision::Single), Self::Single(packed)) => packed.store(symbolic, factor),
-            (Some(Precision::Double), _) => *self = Self::Double(Packed::new(symbolic, factor)),
-            (Some(Precision::Single), _) => *self = Self::Single(Packed::new(symbolic, factor)),
-            (None, _) => *self = Self::Factor,
+    /// Takes a form, and forgets a factor in another.
+    pub(super) fn set(&mut self, form: Form) {
+        if form != self.form {
+            *self = Self {
+                form,
+                ..Self::default()
+            };
         }
     }
 
-    /// `L x = b`, then `D x = b`, of some fronts: all where the factor is not packed.
-    pub(super) fn forward(&self, symbolic: &Symbolic, factor: &[f64], fronts: Range<usize>, x: &mut [f64]) {
-        match self {
-            Self::Factor => substitution::forward(symbolic, factor, x),
-            Self::Double(packed) => packed.forward(symbolic, fronts, x),
-            Self::Single(packed) => packed.forward(symbolic, fronts, x),
+    pub(super) fn pivots(&self) -> &[f64] {
+        match self.form {
+            Form::Whole | Form::Double => &self.double.pivots,
+            Form::Single => &self.single.pivots,
         }
     }
 
-    /// `L^T x = b` of some fronts: all where the factor is not packed.
-    pub(super) fn back(&self, symbolic: &Symbolic, factor: &[f64], fronts: Range<usize>, x: &mut [f64]) {
-        match self {
-            Self::Factor => substitution::back(symbolic, factor, x),
-            Self::Double(packed) => packed.back(symbolic, fronts, x),
-            Self::Single(packed) => packed.back(symbolic, fronts, x),
+    /// `L x = b`, then `D x = b`, of some fronts.
+    pub(super) fn forward(&self, symbolic: &Symbolic, fronts: Range<usize>, x: &mut [f64]) {
+        match self.form {
+            Form::Whole => substitution::forward(symbolic, fronts, &self.double.entries, x),
+            Form::Double => self.double.forward(symbolic, fronts, x),
+            Form::Single => self.single.forward(symbolic, fronts, x),
+        }
+    }
+
+    /// `L^T x = b` of some fronts.
+    pub(super) fn back(&self, symbolic: &Symbolic, fronts: Range<usize>, x: &mut [f64]) {
+        match self.form {
+            Form::Whole => substitution::back(symbolic, fronts, &self.double.entries, x),
+            Form::Double => self.double.back(symbolic, fronts, x),
+            Form::Single => self.single.back(symbolic, fronts, x),
         }
     }
 }

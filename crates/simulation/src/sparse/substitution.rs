@@ -2,12 +2,14 @@
 //!
 //! For the small matrices of solids in the plane; large ones are stored anew for it ([`super::packed`]).
 
+use std::ops::Range;
+
 use super::symbolic::Symbolic;
 
-/// `L x = b`, then `D x = b`, in the order of elimination.
-pub(super) fn forward(symbolic: &Symbolic, factor: &[f64], x: &mut [f64]) {
+/// `L x = b`, then `D x = b`, of some fronts, in the order of elimination.
+pub(super) fn forward(symbolic: &Symbolic, fronts: Range<usize>, factor: &[f64], x: &mut [f64]) {
     let mut below = Vec::new();
-    for front in &symbolic.fronts {
+    for front in &symbolic.fronts[fronts] {
         let (panel, size) = (&factor[front.panel()], front.size());
         let rows = &symbolic.rows[front.rows..front.rows + front.height];
         below.clear();
@@ -31,10 +33,10 @@ pub(super) fn forward(symbolic: &Symbolic, factor: &[f64], x: &mut [f64]) {
     }
 }
 
-/// `L^T x = b` in the order of elimination.
-pub(super) fn back(symbolic: &Symbolic, factor: &[f64], x: &mut [f64]) {
+/// `L^T x = b` of some fronts, in the order of elimination.
+pub(super) fn back(symbolic: &Symbolic, fronts: Range<usize>, factor: &[f64], x: &mut [f64]) {
     let mut below = Vec::new();
-    for front in symbolic.fronts.iter().rev() {
+    for front in symbolic.fronts[fronts].iter().rev() {
         let (panel, size) = (&factor[front.panel()], front.size());
         let rows = &symbolic.rows[front.rows..front.rows + front.height];
         below.clear();

@@ -18,6 +18,18 @@ pub(super) struct Front {
     pub(super) start: usize,
     /// How many fronts before it leave something to it: the last ones that no other has taken.
     pub(super) children: usize,
+    /// Its rows that lie together in the parent, in [`Symbolic::runs`]: from, and how many runs.
+    pub(super) runs: usize,
+    pub(super) run_count: usize,
+}
+
+/// Rows of a front that follow one another in it and in its parent.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Run {
+    pub(super) from: u32,
+    pub(super) end: u32,
+    /// The first of them in the parent.
+    pub(super) at: u32,
 }
 
 impl Front {
@@ -43,6 +55,8 @@ pub(super) struct Symbolic {
     pub(super) rows: Vec<u32>,
     /// Where each of them lies in the parent's dense matrix.
     pub(super) in_parent: Vec<u32>,
+    /// The same by runs.
+    pub(super) runs: Vec<Run>,
     /// Entries of all fronts' columns.
     pub(super) entries: usize,
     /// How many unknowns at the end are the root: the last front, if any.
@@ -81,7 +95,29 @@ impl Symbolic {
         }
         // Not before all are there, as a front's parent comes after it.
         symbolic.link();
+        symbolic.join_rows();
         symbolic
+    }
+
+    /// Rows that follow one another in a front and in its parent.
+    fn join_rows(&mut self) {
+        for front in &mut self.fronts {
+            front.runs = self.runs.len();
+            let rows = &self.in_parent[front.rows..front.rows + front.height];
+            for (from, at) in rows.iter().enumerate() {
+                let from = from as u32;
+                match self.runs[front.runs..].last_mut() {
+                    // A row is never above its place in the parent.
+                    Some(run) if run.at + from - run.from == *at => run.end = from + 1,
+                    _ => self.runs.push(Run {
+                        from,
+                        end: from + 1,
+                        at: *at,
+                    }),
+                }
+            }
+            front.run_count = self.runs.len() - front.runs;
+        }
     }
 
     fn add(&mut self, number: usize, [first, end]: [usize; 2], below: impl FnOnce(&mut Vec<u32>)) {
@@ -94,6 +130,8 @@ impl Symbolic {
             height: self.rows.len() - rows,
             start: self.entries,
             children: 0,
+            runs: 0,
+            run_count: 0,
         };
         self.entries += front.width * front.size();
         self.front_of[first..end].fill(number as u32);
@@ -147,10 +185,17 @@ impl Symbolic {
         Some((front.start + (column - front.first) * front.size() + local) as u32)
     }
 
-    /// Where the diagonal entry of the k-th unknown lies.
-    pub(super) fn diagonals(&self) -> impl Iterator<Item = usize> {
-        self.fronts
-            .iter()
-            .flat_map(|f| (0..f.width).map(|c| f.start + c * (f.size() + 1)))
+    /// The front that eliminates the k-th unknown.
+    pub(super) fn front_of(&self, k: usize) -> usize {
+        self.front_of[k] as usize
+    }
+
+    /// The first entry of each front's columns among places in them that ascend, and the end.
+    pub(super) fn starts_among(&self, places: &[u32]) -> Vec<usize> {
+        let starts = self.fronts.iter().map(|f| f.start);
+        let starts = starts.chain([self.entries]);
+        starts
+            .map(|start| places.partition_point(|p| (*p as usize) < start))
+            .collect()
     }
 }

@@ -4,6 +4,7 @@ mod cover;
 mod dissection;
 mod kept;
 mod meshes;
+mod single;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -195,7 +196,7 @@ fn full(size: usize, diagonal: f64) -> (Triplets, DMatrix<f64>) {
 
 #[test]
 fn fronts_of_any_size_agree_with_dense_algebra() {
-    for size in [1, 2, 3, 4, 5, 7, 8, 9, 16, 47, 48, 49, 61, 97, 130, 200] {
+    for size in [1, 2, 3, 4, 5, 7, 8, 9, 16, 47, 48, 49, 61, 97, 130, 200, 257, 305, 520] {
         for diagonal in [size as f64, 0.5] {
             let (triplets, dense) = full(size, diagonal);
             let mut ldl = Ldl::new();

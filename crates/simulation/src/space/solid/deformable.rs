@@ -158,7 +158,8 @@ impl Solid for Deformable {
     }
 
     fn stiffness_scale(&self) -> f64 {
-        self.material.lame.confined() * self.side
+        // Against shear: what lets a solid move is that, not what keeps its volume, which may be thousands of times as stiff.
+        2.0 * self.material.lame.mu * self.side
     }
 
     fn shear_scale(&self) -> f64 {
