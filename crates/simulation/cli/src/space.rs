@@ -26,11 +26,11 @@ use std::path::{Path, PathBuf};
 use bus::volume::OwnedVolume;
 
 use crate::scene::{Checked, Parsed, invalid};
+use errors::Said;
 use labels::Labels;
 use model::Model;
 use plan::Plan;
 use raw::RawSpaceScene;
-use errors::Said;
 use report::{Origin, Whole};
 use run::Run;
 
@@ -90,7 +90,11 @@ fn pinned(plan: &Plan, path: &Path, found: Option<&str>) -> Checked<()> {
         Some(wanted) if found != Some(wanted) => {
             let found = found.map_or("no file".to_owned(), |found| format!("a file of {found}"));
             let allowed = format!("the file of {wanted}; leave the key out to take any");
-            Err(invalid("space.labels_sha256", format!("{}: {found}", path.display()), allowed))
+            Err(invalid(
+                "space.labels_sha256",
+                format!("{}: {found}", path.display()),
+                allowed,
+            ))
         }
         _ => Ok(()),
     }

@@ -270,7 +270,11 @@ impl<'a> Album<'a> {
             "last force: mesh some {}, model {} (1 sigma of the scene's numbers, linearised){}",
             number(mesh),
             number(errors.model.force_size),
-            if errors.model.targets.iter().any(Option::is_some) { "; ellipses: model, 95 %" } else { "" }
+            if errors.model.targets.iter().any(Option::is_some) {
+                "; ellipses: model, 95 %"
+            } else {
+                ""
+            }
         );
         ["errors: result.json".to_owned(), words]
     }

@@ -41,6 +41,19 @@ pub(super) struct Errors {
     pub(super) model: Moved,
 }
 
+impl Errors {
+    /// The algebraic error of a target or of the force, the larger of what is known of it; `None` where nothing is.
+    pub(super) fn left_over(&self, target: Option<usize>) -> Option<f64> {
+        let found = self.algebraic.as_ref().ok()?;
+        let further = found.further.as_ref().ok().map(|at| at.at(target).norm());
+        let bound = target.and_then(|k| found.bounds.get(k).copied());
+        match (further, bound) {
+            (Some(further), Some(bound)) => Some(further.max(bound)),
+            (one, None) | (None, one) => one,
+        }
+    }
+}
+
 /// Displacements of all targets, mm, and the force on the tube, N, or differences of them; in the patient's axes.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct At {
@@ -59,6 +72,11 @@ impl At {
         }
     }
 
+    /// That of a target, or the force.
+    pub(super) fn at(&self, target: Option<usize>) -> Vector3<f64> {
+        target.and_then(|k| self.targets.get(k)).copied().unwrap_or(self.force)
+    }
+
     fn minus(&self, other: &Self) -> Self {
         let each = self.targets.iter().zip(&other.targets);
         Self {
@@ -70,7 +88,10 @@ impl At {
 
 fn displacements(model: &Model, labels: &Labels, a: &[f64]) -> Vec<Vector3<f64>> {
     let bodies = &model.system.bodies;
-    let each = model.targets.iter().map(|target| labels.turned(&target.moved(bodies, a)));
+    let each = model
+        .targets
+        .iter()
+        .map(|target| labels.turned(&target.moved(bodies, a)));
     each.collect()
 }
 
@@ -121,7 +142,10 @@ pub(super) fn of(run: &Run, plan: &Plan, labels: &Labels, model: &Model, tell: &
     timed(&said("algebraic", algebraic.as_ref().err()), began);
     let began = Stopwatch::start();
     let finer = finer::of(&base);
-    timed(&said("of the mesh, by cubes half as large", finer.as_ref().err()), began);
+    timed(
+        &said("of the mesh, by cubes half as large", finer.as_ref().err()),
+        began,
+    );
     let model = spread::of(&base, &mut timed);
     Said::Found(Box::new(Errors {
         of: state.label.clone(),

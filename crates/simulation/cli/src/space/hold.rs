@@ -51,10 +51,13 @@ pub(super) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Ove
     let of: Vec<Vec<u16>> = plan.attachments.iter().map(|one| labels_of(plan, one)).collect();
     let mut all = Vec::new();
     for (j, two) in plan.attachments.iter().enumerate() {
-        for (i, one) in plan.attachments[..j].iter().enumerate().filter(|(_, one)| one.organ == two.organ) {
-            let both = |x: &Vector3<f64>| {
-                labels.is_near(x, one.within, &of[i]) && labels.is_near(x, two.within, &of[j])
-            };
+        for (i, one) in plan.attachments[..j]
+            .iter()
+            .enumerate()
+            .filter(|(_, one)| one.organ == two.organ)
+        {
+            let both =
+                |x: &Vector3<f64>| labels.is_near(x, one.within, &of[i]) && labels.is_near(x, two.within, &of[j]);
             let points = bodies[one.organ].mesh.surface.iter().filter(|p| both(&p.at));
             let (points, area) = points.fold((0, 0.0), |(n, area), p| (n + 1, area + p.area));
             if points > 0 {

@@ -18,8 +18,8 @@ use numbers::{length, triple, unit};
 use organ::organ;
 use spread::young;
 pub(super) use spread::{Given, Uncertain};
-use target::targets;
 pub(super) use target::Wanted;
+use target::targets;
 
 /// The most of each table.
 const MOST_ORGANS: usize = 16;
@@ -167,8 +167,13 @@ impl Plan {
 /// 64 hexadecimal digits, in lower case.
 fn sha256(text: &str) -> Checked<String> {
     let good = text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
-    good.then(|| text.to_ascii_lowercase())
-        .ok_or_else(|| invalid("space.labels_sha256", format!("{text:?}"), "64 hexadecimal digits, as sha256sum prints them"))
+    good.then(|| text.to_ascii_lowercase()).ok_or_else(|| {
+        invalid(
+            "space.labels_sha256",
+            format!("{text:?}"),
+            "64 hexadecimal digits, as sha256sum prints them",
+        )
+    })
 }
 
 fn way(raw: &RawSpaceScene) -> Checked<Way> {

@@ -232,11 +232,19 @@ impl<'a> Report<'a> {
             },
             not_modelled: words::not_modelled(plan, labels, model),
             warnings: words::warnings(plan, model),
-            targets: model.targets.iter().map(|target| target_record(model, target)).collect(),
+            targets: model
+                .targets
+                .iter()
+                .map(|target| target_record(model, target))
+                .collect(),
             unknowns,
             free_unknowns,
             errors: errors::record(whole.errors, model),
-            states: run.states.iter().map(|state| record(plan, labels, model, state)).collect(),
+            states: run
+                .states
+                .iter()
+                .map(|state| record(plan, labels, model, state))
+                .collect(),
             equilibria: whole.complete && run.refused.is_none() && run.saddles().is_empty(),
             refused: run.refused.as_deref(),
             pictures,
@@ -254,7 +262,11 @@ fn target_record<'a>(model: &'a Model, target: &'a super::target::Target) -> Tar
 
 fn organ_record<'a>(body: &'a Body, organ: &'a super::plan::Organ) -> OrganRecord<'a> {
     let facts: &Facts = &body.facts;
-    let (filled, open) = if facts.filled { (facts.holes, 0) } else { (0, facts.holes) };
+    let (filled, open) = if facts.filled {
+        (facts.holes, 0)
+    } else {
+        (0, facts.holes)
+    };
     OrganRecord {
         name: &body.name,
         label: body.label,

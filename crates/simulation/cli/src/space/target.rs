@@ -34,7 +34,9 @@ impl Target {
     fn new(k: usize, wanted: &Wanted, labels: &Labels, bodies: &[Body]) -> Checked<Self> {
         let own = labels.own(&wanted.at);
         let key = format!("targets.{k}.at");
-        let found: Vec<usize> = (0..bodies.len()).filter(|b| bodies[*b].field.value(&own) < 0.0).collect();
+        let found: Vec<usize> = (0..bodies.len())
+            .filter(|b| bodies[*b].field.value(&own) < 0.0)
+            .collect();
         let names = || {
             let names = found.iter().map(|b| format!("{:?}", bodies[*b].name));
             names.collect::<Vec<_>>().join(" and ")
@@ -45,7 +47,11 @@ impl Target {
             (_, []) => return Err(outside(&key, wanted, &own, bodies)),
             (Some(organ), _) => {
                 let found = format!("a place in {}", names());
-                return Err(invalid(key, found, format!("a place in {:?}, its organ", bodies[organ].name)));
+                return Err(invalid(
+                    key,
+                    found,
+                    format!("a place in {:?}, its organ", bodies[organ].name),
+                ));
             }
             (None, _) => {
                 let found = format!("a place in {}, whose smoothed surfaces overlap there", names());
@@ -72,7 +78,10 @@ impl Target {
     /// The first of the three unknowns of each node that moves it, among those of all organs, with weights.
     pub(super) fn unknowns(&self, bodies: &Bodies) -> Vec<(usize, f64)> {
         let offset = bodies.offset(self.body);
-        let each = self.row.iter().map(|(node, weight)| (offset + 3 * *node as usize, *weight));
+        let each = self
+            .row
+            .iter()
+            .map(|(node, weight)| (offset + 3 * *node as usize, *weight));
         each.collect()
     }
 }
@@ -83,7 +92,10 @@ fn outside(key: &str, wanted: &Wanted, own: &Vector3<f64>, bodies: &[Body]) -> s
         let each = body.mesh.surface.iter().map(|p| (p.at - own).norm());
         each.fold(f64::INFINITY, f64::min)
     };
-    let nearest = bodies.iter().map(|b| (away(b), &b.name)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let nearest = bodies
+        .iter()
+        .map(|b| (away(b), &b.name))
+        .min_by(|a, b| a.0.total_cmp(&b.0));
     let [x, y, z]: [f64; 3] = wanted.at.into();
     let found = match nearest {
         Some((away, name)) => format!("[{x}, {y}, {z}], in no organ: some {away:.1} mm from {name:?}, the nearest"),

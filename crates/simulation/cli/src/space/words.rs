@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use simulation::space::cells::{Field, LabelField};
 use simulation::space::error::SAFETY;
 
-use super::errors::{At, Said};
+use super::errors::Said;
 use super::hold::How;
 use super::labels::Labels;
 use super::model::Model;
@@ -76,7 +76,10 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
         }
         if facts.moved != [0; 2] {
             let [away, taken] = facts.moved;
-            let _ = write!(words, "; smoothing left {away} voxels outside and took {taken} others in");
+            let _ = write!(
+                words,
+                "; smoothing left {away} voxels outside and took {taken} others in"
+            );
         }
         if facts.cut.iter().flatten().any(|cut| *cut) {
             let _ = write!(words, "; CUT OFF by the border of the label map");
@@ -121,7 +124,11 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     }
     for one in plan.uncertain() {
         let [up, down] = one.moved;
-        line(&mut text, "uncertain", &format!("{}: {}, {down:.4e} to {up:.4e}", one.key, one.value));
+        line(
+            &mut text,
+            "uncertain",
+            &format!("{}: {}, {down:.4e} to {up:.4e}", one.key, one.value),
+        );
     }
     for words in warnings(plan, model) {
         line(&mut text, "WARNING", &words);
@@ -226,19 +233,19 @@ pub(super) fn errors(said: &Said, model: &Model) -> String {
         Said::Found(errors) => errors,
     };
     let mut text = String::new();
-    let mut all: Vec<(&str, usize)> = model.targets.iter().enumerate().map(|(k, t)| (t.name.as_str(), k)).collect();
-    all.push(("force", usize::MAX));
+    let targets = model.targets.iter().enumerate();
+    let mut all: Vec<(&str, Option<usize>)> = targets.map(|(k, t)| (t.name.as_str(), Some(k))).collect();
+    all.push(("force", None));
     for (name, k) in all {
-        let of = |at: &At| at.targets.get(k).copied().unwrap_or(at.force).norm();
-        let unit = if k == usize::MAX { "N" } else { "mm" };
-        let number = |x: Option<f64>| x.filter(|x| x.is_finite()).map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} {unit}"));
-        let algebraic = errors.algebraic.as_ref().ok().and_then(|found| {
-            let further = of(found.further.as_ref().ok()?);
-            Some(found.bounds.get(k).map_or(further, |bound| bound.max(further)))
-        });
-        let mesh = errors.finer.as_ref().ok().map(|found| SAFETY * of(&found.by));
-        let spread = errors.model.targets.get(k).unwrap_or(&errors.model.force);
-        let bent = spread.is_some_and(|s| !s.is_linear());
+        let unit = if k.is_some() { "mm" } else { "N" };
+        let number = |x: Option<f64>| {
+            x.filter(|x| x.is_finite())
+                .map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} {unit}"))
+        };
+        let algebraic = errors.left_over(k);
+        let mesh = errors.finer.as_ref().ok().map(|found| SAFETY * found.by.at(k).norm());
+        let spread = k.map_or(&errors.model.force, |k| &errors.model.targets[k]);
+        let bent = spread.is_some_and(|s| !s.is_linear(algebraic.unwrap_or(0.0)));
         let words = format!(
             "algebraic {}, mesh (estimate) {}, model {}{}",
             number(algebraic),

@@ -62,9 +62,9 @@ impl Spread {
         self.covariance.trace().max(0.0).sqrt()
     }
 
-    /// Whether departures from linear are small beside the deviation.
-    pub fn is_linear(&self) -> bool {
-        self.departure <= LINEAR_PART * self.deviation()
+    /// Whether departures from linear are small beside the deviation, or no more than what each state is known to, `noise`.
+    pub fn is_linear(&self, noise: f64) -> bool {
+        self.departure <= (LINEAR_PART * self.deviation()).max(noise)
     }
 
     /// Half axes and unit directions of the ellipsoid that holds 95 % of a normal distribution of this covariance, the longest first. Each
@@ -98,7 +98,11 @@ mod tests {
         let density = |r: f64| (2.0 / std::f64::consts::PI).sqrt() * r * r * (-0.5 * r * r).exp();
         let (parts, mut sum) = (2000, 0.0);
         for k in 0..=parts {
-            let weight = if k == 0 || k == parts { 1.0 } else { 2.0 + 2.0 * f64::from(k % 2) };
+            let weight = if k == 0 || k == parts {
+                1.0
+            } else {
+                2.0 + 2.0 * f64::from(k % 2)
+            };
             sum += weight * density(HALF_AXES_95 * f64::from(k) / f64::from(parts));
         }
         let held = sum * HALF_AXES_95 / f64::from(3 * parts);
@@ -115,14 +119,19 @@ mod tests {
         let [long, middle, short] = spread.ellipsoid();
         assert!((long.0 - 4.0 * HALF_AXES_95).abs() < 1e-14 && (long.1 - Vector3::x()).norm() < 1e-14);
         assert!((middle.0 - 3.0 * HALF_AXES_95).abs() < 1e-14 && (middle.1 - Vector3::y()).norm() < 1e-14);
-        assert!(short.0 == 0.0 && spread.departure == 0.0 && spread.is_linear());
+        assert!(short.0 == 0.0 && spread.departure == 0.0 && spread.is_linear(0.0));
         assert!((spread.deviation() - 5.0).abs() < 1e-14);
     }
 
     #[test]
     fn what_is_not_linear_is_told_and_what_is_not_known_is_not_zero() {
         let bent = Spread::of(&[shift([2.0, 0.0, 0.0], [-1.0, 0.0, 0.0])]).unwrap();
-        assert!((bent.departure - 0.5).abs() < 1e-15 && (bent.deviation() - 1.5).abs() < 1e-15 && !bent.is_linear());
+        assert!(
+            (bent.departure - 0.5).abs() < 1e-15
+                && (bent.deviation() - 1.5).abs() < 1e-15
+                && !bent.is_linear(0.4)
+                && bent.is_linear(0.6)
+        );
         assert_eq!(Spread::of(&[]), None);
         assert_eq!(Spread::of(&[shift([1.0; 3], [-1.0; 3]), None]), None);
         assert_eq!(Spread::of(&[shift([f64::NAN; 3], [0.0; 3])]), None);

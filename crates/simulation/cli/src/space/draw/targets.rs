@@ -58,7 +58,10 @@ pub(super) fn draw(canvas: &mut Canvas, plane: &SlicePlane, corner: [f64; 2], ma
             (frame::WORDS, mark.name.to_owned())
         } else {
             let side = if on.depth_mm > 0.0 { "behind" } else { "before" };
-            (frame::QUIET, format!("{}, {:.0} mm {side}", mark.name, on.depth_mm.abs()))
+            (
+                frame::QUIET,
+                format!("{}, {:.0} mm {side}", mark.name, on.depth_mm.abs()),
+            )
         };
         let line = Line::solid(colour, 1.6).with_rim(1.0);
         canvas.line([at[0] - ARM, at[1]], [at[0] + ARM, at[1]], line);
@@ -67,7 +70,11 @@ pub(super) fn draw(canvas: &mut Canvas, plane: &SlicePlane, corner: [f64; 2], ma
             canvas.polyline(&ellipse(plane, spread, at), Line::solid(colour, 1.2).with_rim(0.6));
         }
         // A name does not go on beyond its cut.
-        let (by, anchor) = if on.x < 0.6 * width { (10.0, Anchor::Left) } else { (-10.0, Anchor::Right) };
+        let (by, anchor) = if on.x < 0.6 * width {
+            (10.0, Anchor::Left)
+        } else {
+            (-10.0, Anchor::Right)
+        };
         canvas.text([at[0] + by, at[1] - 10.0], &name, 12.0, colour, anchor);
     }
 }

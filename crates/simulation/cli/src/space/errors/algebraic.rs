@@ -23,7 +23,10 @@ pub(super) fn of(base: &Base<'_>) -> Result<Algebraic, String> {
     let rows: Vec<_> = base.model.targets.iter().map(|t| t.unknowns(&system.bodies)).collect();
     let left = residual(system, a, &rows).map_err(|why| why.to_string())?;
     let further = || {
-        let mut model = base.model.changed(base.plan, base.labels).map_err(|why| why.to_string())?;
+        let mut model = base
+            .model
+            .changed(base.plan, base.labels)
+            .map_err(|why| why.to_string())?;
         base.settled(&mut model, &mut a.clone(), TIGHT)
     };
     Ok(Algebraic {

@@ -49,10 +49,18 @@ pub(super) fn of(base: &Base<'_>) -> Result<Finer, String> {
     let finer = model.halved(base.plan, labels)?;
     let mut start = Vec::with_capacity(finer.system.bodies.size());
     for (k, (from, to)) in model.bodies.iter().zip(&finer.bodies).enumerate() {
-        start.extend(taken_over(&from.mesh, model.system.bodies.part(k, &base.state.a), &to.mesh));
+        start.extend(taken_over(
+            &from.mesh,
+            model.system.bodies.part(k, &base.state.a),
+            &to.mesh,
+        ));
     }
     // What keeps its place on the finer mesh has not moved, wherever it is taken over to.
-    start.iter_mut().zip(&finer.system.fixed).filter(|(_, fixed)| **fixed).for_each(|(a, _)| *a = 0.0);
+    start
+        .iter_mut()
+        .zip(&finer.system.fixed)
+        .filter(|(_, fixed)| **fixed)
+        .for_each(|(a, _)| *a = 0.0);
     let touching = pressed.and_then(|body| {
         let tube = model.system.tubes.get(body)?.tube();
         let wanted: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> bool = &|_, _| true;

@@ -56,8 +56,13 @@ pub(super) fn of(base: &Base<'_>, timed: &mut dyn FnMut(&str, Stopwatch)) -> Mov
         Spread::of(&shifts)
     });
     let forces: Vec<_> = parameters.iter().map(|p| p.shift(|at| at.force)).collect();
-    let squares = parameters.iter().map(|p| p.size.map(|[up, down]| (0.5 * (up - down)).powi(2)));
-    let force_size = squares.sum::<Option<f64>>().filter(|_| !parameters.is_empty()).map(f64::sqrt);
+    let squares = parameters
+        .iter()
+        .map(|p| p.size.map(|[up, down]| (0.5 * (up - down)).powi(2)));
+    let force_size = squares
+        .sum::<Option<f64>>()
+        .filter(|_| !parameters.is_empty())
+        .map(f64::sqrt);
     Moved {
         targets: targets.collect(),
         force: Spread::of(&forces),
@@ -84,7 +89,10 @@ fn in_parts(base: &Base<'_>, one: &Uncertain, to: f64, parts: u32) -> Result<At,
     let mut last = Err("no part".to_owned());
     for k in 1..=parts {
         let value = one.value + (to - one.value) * f64::from(k) / f64::from(parts);
-        let plan = base.plan.with(one, value).ok_or_else(|| format!("no material has {} {value}", one.key))?;
+        let plan = base
+            .plan
+            .with(one, value)
+            .ok_or_else(|| format!("no material has {} {value}", one.key))?;
         let mut model = base.model.changed(&plan, base.labels).map_err(|why| why.to_string())?;
         model.system.tubes = tubes;
         last = Ok(base.settled(&mut model, &mut a, 1.0)?);
@@ -120,7 +128,10 @@ impl Moved {
         if self.parameters.is_empty() {
             return vec!["no number of the scene has a standard deviation (young_spread, poisson_spread)".to_owned()];
         }
-        let each = self.parameters.iter().flat_map(|p| p.by.iter().zip(p.of.moved).map(move |(by, to)| (p, by, to)));
+        let each = self
+            .parameters
+            .iter()
+            .flat_map(|p| p.by.iter().zip(p.of.moved).map(move |(by, to)| (p, by, to)));
         let failed = each.filter_map(|(p, by, to)| by.as_ref().err().map(|why| format!("{} at {to}: {why}", p.of.key)));
         failed.collect()
     }

@@ -38,7 +38,11 @@ pub(super) fn most(k: usize, unknowns: usize) -> Checked<()> {
 
 fn too_many(k: usize, found: String) -> scene::Invalid {
     let allowed = format!("at most {MOST} of all organs together: larger cubes, or fewer halvings");
-    invalid(format!("organs.{k}.cubes"), format!("{found}, with the organs before it"), allowed)
+    invalid(
+        format!("organs.{k}.cubes"),
+        format!("{found}, with the organs before it"),
+        allowed,
+    )
 }
 
 #[cfg(test)]

@@ -64,7 +64,9 @@ pub(super) fn poisson(prefix: &str, value: f64, spread: Option<f64>, most: f64) 
         Some(found) if !fits(found) => Err(invalid(
             format!("{prefix}.poisson_spread"),
             format!("{found}, beside a ratio of {value}"),
-            format!("above 0, so that poisson + poisson_spread is at most {most} and poisson - poisson_spread above -1"),
+            format!(
+                "above 0, so that poisson + poisson_spread is at most {most} and poisson - poisson_spread above -1"
+            ),
         )),
         _ => Ok(Given { value, spread }),
     }
@@ -75,7 +77,14 @@ impl Plan {
     fn numbers(&self) -> Vec<(Which, String, String, Given)> {
         let mut all = Vec::new();
         for (k, organ) in self.organs.iter().enumerate() {
-            let one = |which, last: &str, given| (which, format!("organs.{k}.{last}"), format!("{last} of {}", organ.name), given);
+            let one = |which, last: &str, given| {
+                (
+                    which,
+                    format!("organs.{k}.{last}"),
+                    format!("{last} of {}", organ.name),
+                    given,
+                )
+            };
             all.push(one(Which::Young(k), "young", organ.young));
             all.push(one(Which::Poisson(k), "poisson", organ.poisson));
         }
@@ -87,7 +96,12 @@ impl Plan {
             }
         }
         if let Some(bath) = &self.bath {
-            all.push((Which::Bath, "surroundings.young".to_owned(), "young of the surroundings".to_owned(), bath.young));
+            all.push((
+                Which::Bath,
+                "surroundings.young".to_owned(),
+                "young of the surroundings".to_owned(),
+                bath.young,
+            ));
         }
         all
     }

@@ -135,8 +135,9 @@ struct SpreadRecord<'a> {
 
 const WORDS: &str = "three kinds of error that are never added up; displacements of targets in mm, forces on the tube in N; null: not known";
 const ALGEBRAIC: &str = "what the search left over. by_residual: no signs of the free forces move the target farther, to first order; by_going_on: what a hundredth of all tolerances changed, contact too";
-const MESH: &str = "an estimate, no bound: factor times the change to cubes half as large; below order 1 it would be too small";
-const MODEL: &str = "a linearisation: independent numbers, each moved by its standard deviation up and down (young: of its logarithm) and the state found again; departure is how far the mean of the two is from the state, linear is false where it is above a quarter of the deviation";
+const MESH: &str =
+    "an estimate, no bound: factor times the change to cubes half as large; below order 1 it would be too small";
+const MODEL: &str = "a linearisation: independent numbers, each moved by its standard deviation up and down (young: of its logarithm) and the state found again; departure is how far the mean of the two is from the state, linear is false where it is above a quarter of the deviation and above the algebraic error";
 const NOT_VARIED: &str = "the forms of the laws, where and how far attachments hold, the label map and its smoothing, the tube's way, and what not_modelled names";
 
 /// What is said of errors.
@@ -165,7 +166,7 @@ fn parts<'a>(errors: &'a Errors, model: &'a Model) -> Parts<'a> {
         words: WORDS,
         algebraic,
         discretisation: known(&errors.finer, |found| mesh(found, model)),
-        model: spread(&errors.model, model),
+        model: spread(errors, model),
     }
 }
 
@@ -214,17 +215,24 @@ fn mesh<'a>(found: &Finer, model: &'a Model) -> MeshRecord<'a> {
     }
 }
 
-fn spread<'a>(found: &'a Moved, model: &'a Model) -> ModelRecord<'a> {
-    let targets = model.targets.iter().zip(&found.targets);
+fn spread<'a>(errors: &'a Errors, model: &'a Model) -> ModelRecord<'a> {
+    let found: &Moved = &errors.model;
+    let targets = model.targets.iter().zip(&found.targets).enumerate();
     ModelRecord {
         words: MODEL,
         not_varied: NOT_VARIED,
         taken_as_exact: &found.exact,
         parameters: found.parameters.iter().map(|p| parameter(p, model)).collect(),
         targets: targets
-            .map(|(target, spread)| spread.as_ref().map(|s| ellipsoid(Some(&target.name), s)))
+            .map(|(k, (target, spread))| {
+                let noise = errors.left_over(Some(k)).unwrap_or(0.0);
+                spread.as_ref().map(|s| ellipsoid(Some(&target.name), s, noise))
+            })
             .collect(),
-        force: found.force.as_ref().map(|s| ellipsoid(None, s)),
+        force: found
+            .force
+            .as_ref()
+            .map(|s| ellipsoid(None, s, errors.left_over(None).unwrap_or(0.0))),
         force_size_deviation: found.force_size,
         not_known: found.not_known(),
     }
@@ -251,7 +259,7 @@ fn parameter<'a>(found: &'a Parameter, model: &'a Model) -> ParameterRecord<'a> 
     }
 }
 
-fn ellipsoid<'a>(name: Option<&'a str>, spread: &Spread) -> SpreadRecord<'a> {
+fn ellipsoid<'a>(name: Option<&'a str>, spread: &Spread, noise: f64) -> SpreadRecord<'a> {
     let axes = spread.ellipsoid();
     let rows = |m: &Matrix3<f64>| [0, 1, 2].map(|r| [0, 1, 2].map(|c| m[(r, c)]));
     SpreadRecord {
@@ -261,7 +269,7 @@ fn ellipsoid<'a>(name: Option<&'a str>, spread: &Spread) -> SpreadRecord<'a> {
         half_axes: axes.map(|a| a.0),
         directions: axes.map(|a| triple(&a.1)),
         departure: spread.departure,
-        linear: spread.is_linear(),
+        linear: spread.is_linear(noise),
     }
 }
 

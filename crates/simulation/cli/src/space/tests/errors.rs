@@ -78,7 +78,10 @@ fn all_stiffnesses_together_move_no_target_and_scale_the_force() {
     assert!((sum / 0.02 - force).norm() < 2e-3 * force.norm(), "{sum:?} {force:?}");
     for k in 0..2 {
         let [one, two] = [organ, bath].map(|p| vector(&p["targets"][k]["by"]));
-        assert!((one + two).norm() < 0.02 * one.norm() && one.norm() > 1e-4, "{one:?} {two:?}");
+        assert!(
+            (one + two).norm() < 0.02 * one.norm() && one.norm() > 1e-4,
+            "{one:?} {two:?}"
+        );
         // Both are one direction, so that the ellipsoid is a line of twice the variance.
         let target = &model["targets"][k];
         let expected = (one.norm_squared() + two.norm_squared()).sqrt();
@@ -102,7 +105,10 @@ fn of_one_stiffness_alone_the_force_is_its_own_and_the_departure_that_of_the_exp
     let model = &json["errors"]["model"];
     let by = &model["parameters"][0]["force"];
     let size = force.norm();
-    assert!((vector(&by["by"]) - force * 0.3_f64.sinh()).norm() < 1e-4 * size, "{by} {force:?}");
+    assert!(
+        (vector(&by["by"]) - force * 0.3_f64.sinh()).norm() < 1e-4 * size,
+        "{by} {force:?}"
+    );
     assert!((by["departure"].as_f64().unwrap() - size * (0.3_f64.cosh() - 1.0)).abs() < 1e-4 * size);
     let deviation = model["force_size_deviation"].as_f64().unwrap();
     assert!((deviation - size * 0.3_f64.sinh()).abs() < 1e-4 * size);
@@ -119,10 +125,16 @@ fn of_one_stiffness_alone_the_force_is_its_own_and_the_departure_that_of_the_exp
     assert!(algebraic["force"].as_f64().unwrap() < 1e-4 * size, "{algebraic}");
     for k in 0..2 {
         let one = &algebraic["targets"][k];
-        assert!(one["by_residual"].as_f64().unwrap() < 1e-3 && one["by_going_on"].as_f64().unwrap() < 1e-4, "{one}");
+        assert!(
+            one["by_residual"].as_f64().unwrap() < 1e-3 && one["by_going_on"].as_f64().unwrap() < 1e-4,
+            "{one}"
+        );
         let mesh = &errors["discretisation"]["targets"][k];
         let change = vector(&mesh["change"]).norm();
-        assert!((mesh["stated"].as_f64().unwrap() - 2.0 * change).abs() < 1e-12 && change > 1e-4, "{mesh}");
+        assert!(
+            (mesh["stated"].as_f64().unwrap() - 2.0 * change).abs() < 1e-12 && change > 1e-4,
+            "{mesh}"
+        );
     }
     let mesh = errors["discretisation"]["force"]["stated"].as_f64().unwrap();
     assert!(mesh > 1e-3 * size && mesh < size, "{mesh} of {size}");
@@ -134,7 +146,10 @@ struct Random(u64);
 
 impl Random {
     fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
@@ -150,7 +165,10 @@ impl Random {
 fn draws_spread_as_the_linearisation_says() {
     let text = scene(&[
         BATH_ALONE,
-        ("cubes = { side = 12.0, levels = 1, within = [12.0] }", "cubes = { side = 8.0 }"),
+        (
+            "cubes = { side = 12.0, levels = 1, within = [12.0] }",
+            "cubes = { side = 8.0 }",
+        ),
         ("young = 0.01", "young = 0.01\nyoung_spread = 0.15"),
         ("poisson = 0.45", "poisson = 0.4\npoisson_spread = 0.03"),
         ("young = 1e-3", "young = 0.02\nyoung_spread = 0.15"),
@@ -185,7 +203,10 @@ fn draws_spread_as_the_linearisation_says() {
         let n = f64::from(draws);
         let drawn = ((sum[1] - sum[0] * sum[0] / n) / (n - 1.0)).sqrt();
         let linear = record["covariance"][1][1].as_f64().unwrap().sqrt();
-        println!("deviation along y: drawn {drawn:.5}, linearised {linear:.5}, ratio {:.3}", drawn / linear);
+        println!(
+            "deviation along y: drawn {drawn:.5}, linearised {linear:.5}, ratio {:.3}",
+            drawn / linear
+        );
         // The standard deviation of thirty draws has one of 0.13 itself: three of them.
         assert!((drawn / linear - 1.0).abs() < 0.4);
     }
@@ -197,7 +218,12 @@ fn what_is_not_known_is_never_zero() {
     println!("{told}");
     let model = &json["errors"]["model"];
     assert!(model["targets"][0].is_null() && model["force"].is_null() && model["force_size_deviation"].is_null());
-    assert!(model["not_known"][0].as_str().unwrap().contains("no number of the scene has a standard deviation"));
+    assert!(
+        model["not_known"][0]
+            .as_str()
+            .unwrap()
+            .contains("no number of the scene has a standard deviation")
+    );
     assert!(told.contains("model NOT KNOWN"), "{told}");
     // A run that ends early has none of them.
     let (mut space, folder) = space(format!("{}\n[search]\nmost_steps = 2\n", scene(&[])));
@@ -223,5 +249,9 @@ fn a_number_whose_state_is_not_found_leaves_its_part_not_known() {
     };
     assert!(errors.model.targets.iter().all(Option::is_none) && errors.model.force.is_none());
     assert!(errors.model.force_size.is_none());
-    assert!(errors.model.not_known()[0].contains("organs.0.young"), "{:?}", errors.model.not_known());
+    assert!(
+        errors.model.not_known()[0].contains("organs.0.young"),
+        "{:?}",
+        errors.model.not_known()
+    );
 }

@@ -68,9 +68,17 @@ fn targets_that_are_none_are_named() {
     // The ball's surface is 20 mm from its middle, and this place 30 mm.
     said(
         "name = \"far\"\nat = [40.0, -20.0, 30.0]",
-        &["targets.0.at", "[40, -20, 30], in no organ", "some 10.", "mm from \"ball\", the nearest"],
+        &[
+            "targets.0.at",
+            "[40, -20, 30], in no organ",
+            "some 10.",
+            "mm from \"ball\", the nearest",
+        ],
     );
-    said("name = \"far\"\nat = [40.0, nan, 30.0]", &["targets.0.at", "three numbers"]);
+    said(
+        "name = \"far\"\nat = [40.0, nan, 30.0]",
+        &["targets.0.at", "three numbers"],
+    );
     said(
         "name = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"liver\"",
         &["targets.0.organ", "\"liver\"", "\"ball\""],
@@ -81,15 +89,25 @@ fn targets_that_are_none_are_named() {
         "name = \"in\"\nat = [10.0, -20.0, 30.0]\n[[targets]]\nname = \"in\"\nat = [10.0, -20.0, 31.0]",
         &["targets.1.name", "a second time"],
     );
-    let many: String = (0..65).map(|k| format!("[[targets]]\nname = \"{k}\"\nat = [10.0, -20.0, 30.0]\n")).collect();
+    let many: String = (0..65)
+        .map(|k| format!("[[targets]]\nname = \"{k}\"\nat = [10.0, -20.0, 30.0]\n"))
+        .collect();
     assert!(refusal(&format!("{SCENE}\n{many}"), 0.0).contains("0 to 64"));
     let two = two_organs();
-    let error = refusal(&format!("{two}\n[[targets]]\nname = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"slab\""), 0.0);
+    let error = refusal(
+        &format!("{two}\n[[targets]]\nname = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"slab\""),
+        0.0,
+    );
     assert!(
-        error.contains("targets.0.at") && error.contains("a place in \"ball\"") && error.contains("a place in \"slab\", its organ"),
+        error.contains("targets.0.at")
+            && error.contains("a place in \"ball\"")
+            && error.contains("a place in \"slab\", its organ"),
         "{error}"
     );
-    assert!(with("name = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"ball\"").contains("target     in at (10.00, -20.00, 30.00), in ball"));
+    assert!(
+        with("name = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"ball\"")
+            .contains("target     in at (10.00, -20.00, 30.00), in ball")
+    );
 }
 
 /// The scene with the layer behind the ball as an organ of its own.
@@ -105,7 +123,13 @@ fn two_organs() -> String {
 
 #[test]
 fn spreads_that_are_none_are_named() {
-    for (spread, said) in [("0", "at most 1"), ("-0.1", "-0.1"), ("1.1", "1.1"), ("nan", "NaN"), ("inf", "inf")] {
+    for (spread, said) in [
+        ("0", "at most 1"),
+        ("-0.1", "-0.1"),
+        ("1.1", "1.1"),
+        ("nan", "NaN"),
+        ("inf", "inf"),
+    ] {
         refused(
             "young = 0.01",
             &format!("young = 0.01\nyoung_spread = {spread}"),
@@ -134,13 +158,18 @@ fn spreads_that_are_none_are_named() {
         "kind = \"fixed\"\nyoung_spread = 0.3",
         &["attachments.0.young_spread", "kind = \"fixed\""],
     );
-    refused("margin = 20.0", "margin = 20.0\npoisson_spread = 0.1", &["poisson_spread", "unknown field"]);
+    refused(
+        "margin = 20.0",
+        "margin = 20.0\npoisson_spread = 0.1",
+        &["poisson_spread", "unknown field"],
+    );
 }
 
 #[test]
 fn fields_and_digests_that_are_none_are_named() {
     for law in ["linear", "st-venant-kirchhoff"] {
-        let scene = format!("{SCENE}\n[output]\nfield = \"von-mises\"\n").replace("\"neo-hookean\"", &format!("{law:?}"));
+        let scene =
+            format!("{SCENE}\n[output]\nfield = \"von-mises\"\n").replace("\"neo-hookean\"", &format!("{law:?}"));
         let error = refusal(&scene, 0.0);
         assert!(
             error.contains("output.field") && error.contains(law) && error.contains("line "),
