@@ -37,7 +37,9 @@ Writes into DIR:
                                           on each wall and each instrument, and how far each was moved
 
 Of a scene in space: start.png, shape.png and cuts.png (three cuts through the tube's tip), strip.png, film.png, and in
-result.json force and moment on the tube in every state.
+result.json force and moment on the tube and the places of targets in every state; it is written anew after each state.
+--errors (or [output] errors = true) adds, for the last state, three kinds of error at each target and of the force: what the
+search left over, what cubes half as large change, and what numbers with a young_spread or poisson_spread do.
 
 A line for each state goes to stderr. Exit code 1 where an equilibrium is not found; what was found until then is written
 all the same, and result.json says why (key refused).
@@ -45,7 +47,8 @@ all the same, and result.json says why (key refused).
 Examples:
   simulate run config/solids/figure-37.toml --out out/figure-37
   simulate run config/solids/figure-36.toml --out out/figure-36 --overwrite --quiet
-  simulate run config/solids/kidney.toml --out out/kidney --labels segmentation.nii.gz";
+  simulate run config/solids/kidney.toml --out out/kidney --labels segmentation.nii.gz
+  simulate run config/solids/kidney.toml --out out/kidney --errors";
 
 const CHECK_HELP: &str = "\
 Reads and checks everything that a run would, overlaps at the start included, and says what is modelled: solids, unknowns,
@@ -81,6 +84,9 @@ struct RunArgs {
     /// The label map of a scene in space, instead of the one that it names
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
+    /// Look for the errors of the last state of a scene in space: algebraic, of the mesh, of the model (takes longer than the run)
+    #[arg(long)]
+    errors: bool,
 }
 
 #[derive(Debug, Args)]
@@ -164,6 +170,12 @@ pub(crate) fn modelled(source: &Source) -> Result<(Model, Plan), String> {
 
 fn simulate(args: &RunArgs, read_labels: ReadLabels) -> Result<String, String> {
     let scene = checked(&args.scene, args.labels.as_deref(), read_labels)?;
+    if args.errors && matches!(scene, Scene::Plane(_)) {
+        return Err(format!(
+            "{}: --errors is for scenes in space, which have a table [space]",
+            args.scene.display()
+        ));
+    }
     output::folder(&args.out, args.overwrite).map_err(|error| error.to_string())?;
     let mut tell = |line: &str| {
         if !args.quiet {
@@ -172,7 +184,12 @@ fn simulate(args: &RunArgs, read_labels: ReadLabels) -> Result<String, String> {
     };
     let (source, mut model, plan) = match scene {
         Scene::Plane(plane) => *plane,
-        Scene::Space(space) => return space.run(&args.out, &mut tell),
+        Scene::Space(mut space) => {
+            if args.errors {
+                space.ask_for_errors();
+            }
+            return space.run(&args.out, &mut tell);
+        }
     };
     let found = run::run(&mut model, &source.scene.search, &mut tell);
     let pictures = output::write(&source.scene, &model, &found, &plan, &args.out).map_err(|error| error.to_string())?;

@@ -5,6 +5,7 @@
 
 mod body;
 mod draw;
+mod errors;
 mod hold;
 mod labels;
 mod model;
@@ -13,6 +14,8 @@ mod plan;
 pub(crate) mod raw;
 mod report;
 mod run;
+mod sha;
+mod target;
 #[cfg(test)]
 mod tests;
 mod way;
@@ -22,12 +25,14 @@ use std::path::{Path, PathBuf};
 
 use bus::volume::OwnedVolume;
 
-use crate::scene::{Parsed, invalid};
+use crate::scene::{Checked, Parsed, invalid};
+use errors::Said;
 use labels::Labels;
 use model::Model;
 use plan::Plan;
 use raw::RawSpaceScene;
-use report::Whole;
+use report::{Origin, Whole};
+use run::Run;
 
 /// Reads the label map at a path.
 pub type ReadLabels = fn(&Path) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
@@ -43,6 +48,7 @@ pub(crate) struct Space {
     /// Of the label map.
     path: PathBuf,
     model: Model,
+    origin: Origin,
 }
 
 /// What is wrong with the text of a scene in space, or what it would model, as far as that is known without its label map.
@@ -52,18 +58,60 @@ pub(crate) fn planned(text: String, path: &Path) -> Result<String, String> {
     Ok(words::planned(&source.scene.title, &plan))
 }
 
+/// What all reports of a run have in common.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    title: &'a str,
+    path: &'a str,
+    plan: &'a Plan,
+    labels: &'a Labels,
+    origin: &'a Origin,
+}
+
+impl<'a> Given<'a> {
+    fn whole(self, model: &'a Model, run: &'a Run, errors: &'a Said, complete: bool) -> Whole<'a> {
+        Whole {
+            title: self.title,
+            path: self.path,
+            plan: self.plan,
+            labels: self.labels,
+            model,
+            run,
+            origin: self.origin,
+            errors,
+            complete,
+        }
+    }
+}
+
+/// Refuses another label map than the one that a scene names by its SHA-256.
+fn pinned(plan: &Plan, path: &Path, found: Option<&str>) -> Checked<()> {
+    match &plan.labels_sha256 {
+        Some(wanted) if found != Some(wanted) => {
+            let found = found.map_or("no file".to_owned(), |found| format!("a file of {found}"));
+            let allowed = format!("the file of {wanted}; leave the key out to take any");
+            Err(invalid(
+                "space.labels_sha256",
+                format!("{}: {found}", path.display()),
+                allowed,
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
 impl Space {
     /// Reads a scene and its label map: `instead` of the one that it names, where there is one.
     ///
     /// # Errors
     /// What is wrong, with line, column and key.
     pub(crate) fn new(text: String, path: &Path, instead: Option<&Path>, read: ReadLabels) -> Result<Self, String> {
-        let source = Source::parse(text, path).map_err(|error| error.to_string())?;
+        let source = Source::parse(text.clone(), path).map_err(|error| error.to_string())?;
         let refused = |why| source.error_at(why).to_string();
         let plan = Plan::new(&source.scene).map_err(refused)?;
         let space = &source.scene.space;
         let beside = || path.parent().unwrap_or_else(|| Path::new("")).join(&space.labels);
-        let path = instead.map_or_else(beside, Path::to_owned);
+        let (scene, path) = (path, instead.map_or_else(beside, Path::to_owned));
         let why = |found: String| {
             let obtain = space
                 .obtain
@@ -75,12 +123,21 @@ impl Space {
         };
         let volume = read(&path).map_err(|error| why(error.to_string()))?;
         let labels = Labels::new(&volume).map_err(|error| why(error.to_string()))?;
+        let labels_sha256 = sha::of_file(&path).map_err(|error| why(error.to_string()))?;
+        pinned(&plan, &path, labels_sha256.as_deref()).map_err(refused)?;
         let model = Model::new(&plan, &labels).map_err(refused)?;
+        let origin = Origin {
+            path: scene.display().to_string(),
+            sha256: sha::of(text.as_bytes()),
+            text,
+            labels_sha256,
+        };
         Ok(Self {
             plan,
             labels,
             path,
             model,
+            origin,
             source,
         })
     }
@@ -91,31 +148,51 @@ impl Space {
         words::described(&self.source.scene.title, &path, &self.plan, &self.labels, &self.model)
     }
 
-    /// Runs it, and writes what was found.
+    /// Looks for the errors of the last state, whatever the scene says.
+    pub(crate) fn ask_for_errors(&mut self) {
+        self.plan.errors = true;
+    }
+
+    /// Runs it, and writes what was found: `result.json` after each state, pictures at the end.
     ///
     /// # Errors
     /// What could not be written, or why the run ended early.
-    pub(crate) fn run(mut self, out: &Path, tell: &mut dyn FnMut(&str)) -> Result<String, String> {
-        let found = run::run(&mut self.model, &self.plan, &self.labels, tell);
-        let whole = Whole {
-            title: &self.source.scene.title,
-            path: &self.path.display().to_string(),
-            plan: &self.plan,
-            labels: &self.labels,
-            model: &self.model,
-            run: &found,
+    pub(crate) fn run(self, out: &Path, tell: &mut dyn FnMut(&str)) -> Result<String, String> {
+        let Self {
+            source,
+            plan,
+            labels,
+            path,
+            mut model,
+            origin,
+        } = self;
+        let given = Given {
+            title: &source.scene.title,
+            path: &path.display().to_string(),
+            plan: &plan,
+            labels: &labels,
+            origin: &origin,
         };
+        let early = if plan.errors { Said::NotYet } else { Said::NotAsked };
+        let mut keep = |model: &Model, run: &Run| output::keep(&given.whole(model, run, &early, false), out);
+        let found = run::run(&mut model, &plan, &labels, tell, &mut keep).map_err(|error| error.to_string())?;
+        let errors = match plan.errors {
+            true => errors::of(&found, &plan, &labels, &model, tell),
+            false => Said::NotAsked,
+        };
+        let whole = given.whole(&model, &found, &errors, true);
         let pictures = output::write(&whole, out).map_err(|error| error.to_string())?;
-        let (scene, out) = (self.source.path.display(), out.display());
+        let (scene, out) = (source.path.display(), out.display());
         match (&found.refused, found.saddles().first()) {
             (Some(why), _) => Err(format!("{scene}: {why}. What was found until then is in {out}")),
             (None, Some(label)) => Err(format!(
                 "{scene}: {label} is no minimum or not known to be one. All states are in {out}"
             )),
             (None, None) => Ok(format!(
-                "{}; {} and result.json in {out}\n",
+                "{}; {} and result.json in {out}\n{}",
                 words::found(&found),
-                pictures.join(", ")
+                pictures.join(", "),
+                words::errors(&errors, &model)
             )),
         }
     }

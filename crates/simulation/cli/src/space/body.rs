@@ -1,7 +1,8 @@
 //! An organ of a model: its label's region and the mesh over it.
 
 use nalgebra::Vector3;
-use simulation::space::cells::{Facts, LabelField, Mesh, NoRegion};
+use simulation::space::cells::{Facts, LabelField, Mesh, NoMesh, NoRegion};
+use simulation::space::error::halved;
 
 use super::labels::Labels;
 use super::plan::Organ;
@@ -9,7 +10,7 @@ use super::way::Way;
 use crate::scene::{Checked, invalid};
 
 /// An organ in the model.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Body {
     pub(super) name: String,
     pub(super) label: u16,
@@ -47,4 +48,22 @@ impl Body {
             mesh,
         })
     }
+
+    /// The same organ in cubes half as large.
+    ///
+    /// # Errors
+    /// [`NoMesh`], as of too many cubes.
+    pub(super) fn halved(&self, organ: &Organ) -> Result<Self, NoMesh> {
+        let mesh = halved(&self.mesh, &self.field, self.field.corners, &organ.settings, None)?;
+        Ok(Self { mesh, ..self.clone() })
+    }
+}
+
+/// The displacement that free nodes give a place: `part` is of their organ.
+pub(super) fn displacement(row: &[(u32, f64)], part: &[f64]) -> Vector3<f64> {
+    let each = row.iter().map(|(node, weight)| {
+        let first = 3 * *node as usize;
+        Vector3::new(part[first], part[first + 1], part[first + 2]) * *weight
+    });
+    each.sum()
 }

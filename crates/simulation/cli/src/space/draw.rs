@@ -5,6 +5,7 @@ mod frame;
 mod lattice;
 mod shape;
 mod skin;
+mod targets;
 #[cfg(test)]
 mod tests;
 
@@ -13,6 +14,7 @@ use nalgebra::Vector3;
 use picture::{Anchor, Canvas, Rgb};
 use simulation::space::tube::Tube;
 
+use super::errors::{Finer, Said};
 use super::report::Whole;
 use super::run::State;
 use crate::draw::colour::Ramp;
@@ -31,8 +33,8 @@ const SIDE: u32 = 420;
 const SMALL: u32 = 300;
 /// Of the numbers of a state, this part lies within the colours: where stress is infinite it does not take them all.
 const WITHIN: f64 = 0.99;
-/// The words of every picture, under its title.
-const NOT_KNOWN: &str = "errors of mesh and model are NOT KNOWN; no friction, no contact but with the tube";
+/// What every picture says of contact.
+const CONTACT: &str = "no friction, no contact but with the tube";
 
 /// All that pictures of a run have in common.
 pub(super) struct Album<'a> {
@@ -157,7 +159,7 @@ impl<'a> Album<'a> {
     /// Three cuts through the middle of the tube's round tip.
     pub(super) fn cuts(&self, state: &State) -> Canvas {
         let mut canvas = frame::canvas(3 * (SIDE + 8) + 100, SIDE + 160);
-        let moved = self.moved(state);
+        let (moved, marks) = (self.moved(state), targets::marks(self.whole, state));
         let radius = self.whole.plan.way.radius;
         let across = format!("across the tube, {radius} mm behind its tip, seen along it");
         let words = ["along the tube", "along the tube, turned by 90 degrees", &across];
@@ -165,6 +167,7 @@ impl<'a> Album<'a> {
             let corner = [which as u32 * (SIDE + 8), 104];
             if let Some((cut, plane)) = self.cut(state, &moved, which, SIDE) {
                 canvas.paste(&cut.painted(&self.ramp), SIDE, corner[0], corner[1]);
+                targets::draw(&mut canvas, &plane, corner.map(f64::from), &marks);
                 frame::sides(&mut canvas, &plane, corner.map(f64::from), false);
             }
             canvas.text(
@@ -214,7 +217,8 @@ impl<'a> Album<'a> {
         let (words, colour) = self.said(state);
         canvas.text([66.0, 12.0], &words, 13.0, colour, Anchor::Left);
         let colours = format!(
-            "errors not known; colours 0 to {} {}",
+            "{}; colours 0 to {} {}",
+            self.known()[0],
             short(self.ramp.high),
             self.field().1
         );
@@ -251,6 +255,27 @@ impl<'a> Album<'a> {
         canvas.text([76.0, 15.0], self.whole.title, 17.0, frame::WORDS, Anchor::Left);
         let (words, colour) = self.said(state);
         canvas.text([10.0, 38.0], &format!("{words}: {what}"), 14.0, colour, Anchor::Left);
-        canvas.text([10.0, 60.0], NOT_KNOWN, 13.0, frame::QUIET, Anchor::Left);
+        let words = format!("{}; {CONTACT}", self.known()[1]);
+        canvas.text([10.0, 60.0], &words, 13.0, frame::QUIET, Anchor::Left);
+    }
+
+    /// What is known of errors, in a few words and in more.
+    fn known(&self) -> [String; 2] {
+        let Said::Found(errors) = self.whole.errors else {
+            return ["errors not known", "errors of mesh and model are NOT KNOWN"].map(str::to_owned);
+        };
+        let number = |x: Option<f64>| x.map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} N"));
+        let mesh = errors.finer.as_ref().ok().map(|found| Finer::stated(&found.by.force));
+        let words = format!(
+            "last force: mesh some {}, model {} (1 sigma of the scene's numbers, linearised){}",
+            number(mesh),
+            number(errors.model.force_size),
+            if errors.model.targets.iter().any(Option::is_some) {
+                "; ellipses: model, 95 %"
+            } else {
+                ""
+            }
+        );
+        ["errors: result.json".to_owned(), words]
     }
 }

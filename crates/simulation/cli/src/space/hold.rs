@@ -37,6 +37,41 @@ pub(super) enum How {
     },
 }
 
+/// Two attachments that hold the same points of a surface: their stiffnesses add up there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Overlap {
+    pub(super) attachments: [usize; 2],
+    pub(super) points: usize,
+    /// mm^2, before the deformation.
+    pub(super) area: f64,
+}
+
+/// All pairs of attachments that hold the same points.
+pub(super) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Overlap> {
+    let of: Vec<Vec<u16>> = plan.attachments.iter().map(|one| labels_of(plan, one)).collect();
+    let mut all = Vec::new();
+    for (j, two) in plan.attachments.iter().enumerate() {
+        for (i, one) in plan.attachments[..j]
+            .iter()
+            .enumerate()
+            .filter(|(_, one)| one.organ == two.organ)
+        {
+            let both =
+                |x: &Vector3<f64>| labels.is_near(x, one.within, &of[i]) && labels.is_near(x, two.within, &of[j]);
+            let points = bodies[one.organ].mesh.surface.iter().filter(|p| both(&p.at));
+            let (points, area) = points.fold((0, 0.0), |(n, area), p| (n + 1, area + p.area));
+            if points > 0 {
+                all.push(Overlap {
+                    attachments: [i, j],
+                    points,
+                    area,
+                });
+            }
+        }
+    }
+    all
+}
+
 /// Holds all organs of a model, the tube having gone `free` until it touches; what is held how, and the springs.
 ///
 /// # Errors

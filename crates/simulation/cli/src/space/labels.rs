@@ -133,6 +133,11 @@ impl Labels {
         (1..=u16::MAX).filter(|label| is_there[usize::from(*label)]).collect()
     }
 
+    /// How many voxels have a label.
+    pub(super) fn count(&self, label: u16) -> usize {
+        self.labels.iter().filter(|l| **l == label).count()
+    }
+
     /// Whether a distance takes no more voxels to look at than can be looked at for thousands of places.
     pub(super) fn can_look(&self, distance: f64) -> bool {
         let voxels = self.spacing.map(|s| 2.0 * (distance / s).ceil() + 1.0);

@@ -1,5 +1,7 @@
 //! The model that a scene and its label map describe: organs, what holds them, and the tube at its first touch.
 
+mod bounds;
+
 use nalgebra::Vector3;
 use simulation::space::cells::Field;
 use simulation::space::solid::Deformable;
@@ -7,9 +9,10 @@ use simulation::space::system::System;
 use simulation::space::term::{Springs, TubeContact};
 
 use super::body::Body;
-use super::hold::{self, Held};
+use super::hold::{self, Held, Overlap};
 use super::labels::Labels;
 use super::plan::Plan;
+use super::target::{self, Target};
 use super::way::Way;
 use crate::scene::{Checked, invalid};
 
@@ -29,6 +32,9 @@ pub(super) struct Model {
     pub(super) way: Way,
     /// How far the tip goes from the entry until it touches, mm.
     pub(super) free: f64,
+    pub(super) targets: Vec<Target>,
+    /// Attachments that hold the same points.
+    pub(super) overlaps: Vec<Overlap>,
 }
 
 impl Model {
@@ -41,27 +47,75 @@ impl Model {
             ..plan.way
         };
         present(plan, labels)?;
-        let mut system = System::new();
-        let mut bodies = Vec::new();
+        bounds::expected(plan, labels)?;
+        let (mut bodies, mut unknowns) = (Vec::new(), 0);
         for (k, organ) in plan.organs.iter().enumerate() {
             let body = Body::new(k, organ, labels, &way)?;
+            unknowns += body.mesh.unknowns();
+            bounds::most(k, unknowns)?;
+            bodies.push(body);
+        }
+        let mut model = Self::assembled(plan, labels, way, bodies, None)?;
+        model.targets = target::all(plan, labels, &model.bodies)?;
+        model.overlaps = hold::overlaps(plan, labels, &model.bodies);
+        model.contacts(plan)?;
+        Ok(model)
+    }
+
+    /// Organs of these meshes with what holds them, without the tube, which first touches after `free` where that is known.
+    fn assembled(plan: &Plan, labels: &Labels, way: Way, bodies: Vec<Body>, free: Option<f64>) -> Checked<Self> {
+        let mut system = System::new();
+        for (k, (body, organ)) in bodies.iter().zip(&plan.organs).enumerate() {
             let solid = Deformable::new(body.mesh.clone(), organ.material, Vector3::zeros());
             let solid =
                 solid.map_err(|why| invalid(format!("organs.{k}.poisson"), why, "a ratio that its elements can do"))?;
             system.add(solid);
-            bodies.push(body);
         }
-        let free = first_touch(&way, &bodies, &system)?;
+        let free = match free {
+            Some(free) => free,
+            None => first_touch(&way, &bodies, &system)?,
+        };
         let (held, springs) = hold::all(plan, labels, (&way, free), &bodies, &mut system)?;
-        let mut model = Self {
+        Ok(Self {
             system,
             bodies,
             held,
             springs,
             way,
             free,
-        };
-        model.contacts(plan)?;
+            targets: Vec::new(),
+            overlaps: Vec::new(),
+        })
+    }
+
+    /// The same meshes and the same tube, where it is and with its pressures, with the numbers of another plan.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(super) fn changed(&self, plan: &Plan, labels: &Labels) -> Checked<Self> {
+        let mut model = Self::assembled(plan, labels, self.way, self.bodies.clone(), Some(self.free))?;
+        model.system.tubes.clone_from(&self.system.tubes);
+        model.targets.clone_from(&self.targets);
+        Ok(model)
+    }
+
+    /// The same organs in cubes half as large with what holds them there, without the tube, in words why not.
+    pub(super) fn halved(&self, plan: &Plan, labels: &Labels) -> Result<Self, String> {
+        let (mut bodies, mut unknowns) = (Vec::new(), 0);
+        for (body, organ) in self.bodies.iter().zip(&plan.organs) {
+            let finer = body.halved(organ).map_err(|why| why.to_string())?;
+            unknowns += finer.mesh.unknowns();
+            if unknowns > bounds::MOST {
+                return Err(format!(
+                    "cubes half as large have {unknowns} unknowns or more; at most {} are allowed",
+                    bounds::MOST
+                ));
+            }
+            bodies.push(finer);
+        }
+        let made = Self::assembled(plan, labels, self.way, bodies, Some(self.free));
+        let mut model = made.map_err(|why| why.to_string())?;
+        model.targets = target::all(plan, labels, &model.bodies).map_err(|why| why.to_string())?;
         Ok(model)
     }
 

@@ -12,6 +12,14 @@ use crate::output::{FRAME_MS, MOST_FRAMES, OutputError, json, latin};
 /// Pictures in a row of the strip.
 const ROW: usize = 2;
 
+/// Writes the report alone: what was found so far.
+///
+/// # Errors
+/// [`OutputError`].
+pub(super) fn keep(whole: &Whole<'_>, out: &Path) -> Result<(), OutputError> {
+    json(&Report::new(whole, &[]), &out.join("result.json"))
+}
+
 /// Writes everything; the names of the pictures.
 ///
 /// # Errors

@@ -3,21 +3,29 @@
 mod held;
 mod numbers;
 mod organ;
+mod spread;
+mod target;
 
+use simulation::law::Law;
 use simulation::space::cells::{Settings, Smoothing};
 use simulation::space::law::Material;
 
 use super::raw::{RawSpaceField, RawSpaceScene};
 use super::way::Way;
-use crate::scene::{Checked, invalid, positive, within};
+use crate::scene::{Checked, invalid, within};
 use held::{attachment, rigid};
 use numbers::{length, triple, unit};
 use organ::organ;
+use spread::young;
+pub(super) use spread::{Given, Uncertain};
+pub(super) use target::Wanted;
+use target::targets;
 
 /// The most of each table.
 const MOST_ORGANS: usize = 16;
 const MOST_RIGID: usize = 64;
 const MOST_ATTACHMENTS: usize = 64;
+const MOST_TARGETS: usize = 64;
 /// Lengths in a scene are no longer than a patient, mm.
 pub(super) const LONGEST: f64 = 2000.0;
 /// A tube that names no length, mm.
@@ -30,7 +38,12 @@ const MOST_STATES: f64 = 500.0;
 pub(super) struct Organ {
     pub(super) name: String,
     pub(super) label: u16,
+    /// The law's name in a scene.
+    pub(super) law: &'static str,
     pub(super) material: Material,
+    /// Young's modulus and Poisson's ratio of the material.
+    pub(super) young: Given,
+    pub(super) poisson: Given,
     pub(super) smoothing: Smoothing,
     pub(super) settings: Settings,
     /// Of each halving: how near to the axis of the tube's way, mm.
@@ -53,6 +66,8 @@ pub(super) struct Attachment {
     pub(super) within: f64,
     /// Stress by length; `None`: nodes keep their place.
     pub(super) stiffness: Option<f64>,
+    /// What the stiffness is made of.
+    pub(super) young: Option<Given>,
 }
 
 /// A soft bath.
@@ -60,6 +75,7 @@ pub(super) struct Attachment {
 pub(super) struct Bath {
     /// Stress by length.
     pub(super) stiffness: f64,
+    pub(super) young: Given,
     pub(super) corridor: f64,
 }
 
@@ -71,6 +87,11 @@ pub(super) struct Plan {
     pub(super) attachments: Vec<Attachment>,
     pub(super) bath: Option<Bath>,
     pub(super) way: Way,
+    pub(super) targets: Vec<Wanted>,
+    /// SHA-256 that the file of the label map must have, in lower case.
+    pub(super) labels_sha256: Option<String>,
+    /// Whether errors are looked for.
+    pub(super) errors: bool,
     pub(super) most_steps: usize,
     pub(super) field: RawSpaceField,
     pub(super) size: [u32; 2],
@@ -87,38 +108,72 @@ impl Plan {
         within("organs", raw.organs.len(), 1..=MOST_ORGANS)?;
         within("rigid", raw.rigid.len(), 0..=MOST_RIGID)?;
         within("attachments", raw.attachments.len(), 0..=MOST_ATTACHMENTS)?;
+        within("targets", raw.targets.len(), 0..=MOST_TARGETS)?;
         within("search.most_steps", raw.search.most_steps, 1..=100_000)?;
         within("output.size.0", raw.output.size[0] as usize, 200..=4000)?;
         within("output.size.1", raw.output.size[1] as usize, 200..=4000)?;
         within("output.strip", raw.output.strip, 0..=24)?;
         crate::model::names("organs", raw.organs.iter().map(|o| o.name.as_str()))?;
         crate::model::names("rigid", raw.rigid.iter().map(|r| r.name.as_str()))?;
+        crate::model::names("targets", raw.targets.iter().map(|t| t.name.as_str()))?;
         let organs: Vec<Organ> = raw.organs.iter().enumerate().map(organ).collect::<Checked<_>>()?;
         let rigid = rigid(raw, &organs)?;
         let attachments = raw.attachments.iter().enumerate();
-        Ok(Self {
+        Self {
             attachments: attachments
                 .map(|(k, one)| attachment(k, one, &organs, &rigid))
                 .collect::<Checked<_>>()?,
             bath: raw
                 .surroundings
                 .map(|bath| -> Checked<_> {
-                    let young = positive("surroundings.young", bath.young)?;
+                    let young = young("surroundings", bath.young, bath.young_spread)?;
                     Ok(Bath {
-                        stiffness: young / length("surroundings.margin", bath.margin)?,
+                        stiffness: young.value / length("surroundings.margin", bath.margin)?,
+                        young,
                         corridor: length("surroundings.corridor", bath.corridor)?,
                     })
                 })
                 .transpose()?,
             way: way(raw)?,
+            targets: targets(raw, &organs)?,
+            labels_sha256: raw.space.labels_sha256.as_deref().map(sha256).transpose()?,
+            errors: raw.output.errors,
             most_steps: raw.search.most_steps,
             field: raw.output.field,
             size: raw.output.size,
             strip: raw.output.strip,
             organs,
             rigid,
-        })
+        }
+        .checked()
     }
+
+    /// # Errors
+    /// A field that is not what its name says.
+    fn checked(self) -> Checked<Self> {
+        // Elements of these laws carry part of the deviator by dilatations of their own, which a picture does not know.
+        let wrong = |organ: &&Organ| matches!(organ.material.law, Law::Linear | Law::StVenantKirchhoff);
+        match self.organs.iter().find(wrong) {
+            Some(organ) if self.field == RawSpaceField::VonMises => Err(invalid(
+                "output.field",
+                format!("\"von-mises\", with the law {} of {:?}", organ.law, organ.name),
+                "\"displacement\", or a law whose pressure is of the volume alone: neo-hookean, stable-neo-hookean",
+            )),
+            _ => Ok(self),
+        }
+    }
+}
+
+/// 64 hexadecimal digits, in lower case.
+fn sha256(text: &str) -> Checked<String> {
+    let good = text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    good.then(|| text.to_ascii_lowercase()).ok_or_else(|| {
+        invalid(
+            "space.labels_sha256",
+            format!("{text:?}"),
+            "64 hexadecimal digits, as sha256sum prints them",
+        )
+    })
 }
 
 fn way(raw: &RawSpaceScene) -> Checked<Way> {

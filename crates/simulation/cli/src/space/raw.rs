@@ -35,6 +35,9 @@ pub(crate) struct RawSpaceScene {
     pub(crate) surroundings: Option<RawSurroundings>,
     /// `[tube]`
     pub(crate) tube: RawTube,
+    /// `[[targets]]`
+    #[serde(default)]
+    pub(crate) targets: Vec<RawTarget>,
     /// `[search]`
     #[serde(default)]
     pub(crate) search: RawSpaceSearch,
@@ -49,6 +52,9 @@ pub(crate) struct RawSpaceScene {
 pub(crate) struct RawSpace {
     /// The label map, relative to the scene file.
     pub(crate) labels: PathBuf,
+    /// SHA-256 of that file, 64 hexadecimal digits: another one is refused.
+    #[serde(default)]
+    pub(crate) labels_sha256: Option<String>,
     /// For people: what to do where it is not there.
     #[serde(default)]
     pub(crate) obtain: Option<String>,
@@ -63,7 +69,13 @@ pub(crate) struct RawOrgan {
     pub(crate) law: RawSpaceLaw,
     /// Young's modulus, N/mm^2.
     pub(crate) young: f64,
+    /// Standard deviation of its logarithm.
+    #[serde(default)]
+    pub(crate) young_spread: Option<f64>,
     pub(crate) poisson: f64,
+    /// Standard deviation.
+    #[serde(default)]
+    pub(crate) poisson_spread: Option<f64>,
     /// Standard deviation of the smoothing of the label's surface, mm.
     pub(crate) smoothing: f64,
     /// What is done about several parts.
@@ -128,6 +140,9 @@ pub(crate) struct RawAttachment {
     /// Of `tied`: Young's modulus of what is between, N/mm^2.
     #[serde(default)]
     pub(crate) young: Option<f64>,
+    /// Of `tied`: standard deviation of the logarithm of that.
+    #[serde(default)]
+    pub(crate) young_spread: Option<f64>,
     /// Of `tied`: its thickness, mm.
     #[serde(default)]
     pub(crate) margin: Option<f64>,
@@ -149,6 +164,9 @@ pub(crate) enum RawKind {
 pub(crate) struct RawSurroundings {
     /// N/mm^2.
     pub(crate) young: f64,
+    /// Standard deviation of its logarithm.
+    #[serde(default)]
+    pub(crate) young_spread: Option<f64>,
     /// Its thickness, mm.
     pub(crate) margin: f64,
     /// Nearer than this to the axis of the tube's way there is none, mm.
@@ -176,6 +194,18 @@ pub(crate) struct RawTube {
     pub(crate) step: f64,
 }
 
+/// `[[targets]]`: a place of an organ, told and drawn wherever the organ takes it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawTarget {
+    pub(crate) name: String,
+    /// At rest.
+    pub(crate) at: Triple,
+    /// The organ that it must lie in; absent: whichever it lies in.
+    #[serde(default)]
+    pub(crate) organ: Option<String>,
+}
+
 /// `[search]`
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -200,6 +230,8 @@ pub(crate) struct RawSpaceOutput {
     pub(crate) size: [u32; 2],
     /// How many states the strip shows, at most.
     pub(crate) strip: usize,
+    /// Whether errors of the last state are looked for.
+    pub(crate) errors: bool,
 }
 
 impl Default for RawSpaceOutput {
@@ -208,6 +240,7 @@ impl Default for RawSpaceOutput {
             field: RawSpaceField::Displacement,
             size: [900, 700],
             strip: 6,
+            errors: false,
         }
     }
 }

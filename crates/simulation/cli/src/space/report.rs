@@ -1,5 +1,6 @@
 //! `result.json` of solids in space.
 
+mod errors;
 mod state;
 
 use nalgebra::Vector3;
@@ -7,20 +8,19 @@ use serde::Serialize;
 use simulation::space::cells::Facts;
 
 use super::body::Body;
+use super::errors::Said;
 use super::hold::How;
 use super::labels::Labels;
 use super::model::Model;
 use super::plan::Plan;
 use super::run::Run;
 use super::words;
+use errors::ErrorsRecord;
 use state::{StateRecord, record};
 
 /// Names the format.
 const FORMAT: &str = "trocar-simulation-space";
-const VERSION: u32 = 1;
-/// What is said where an error would stand.
-pub(super) const NO_ERROR: &str =
-    "not known: neither how far the mesh is from a finer one, nor how far the model is from the patient";
+const VERSION: u32 = 2;
 
 /// The whole file. Places are the patient's, LPS, mm; forces N; moments N mm; stresses N/mm2.
 #[derive(Debug, Serialize)]
@@ -28,17 +28,20 @@ pub(super) struct Report<'a> {
     format: &'static str,
     version: u32,
     title: &'a str,
+    /// False while the run goes on: an interrupted one keeps what it found.
+    complete: bool,
+    scene: SceneRecord<'a>,
     units: Units,
     labels: MapRecord<'a>,
     organs: Vec<OrganRecord<'a>>,
     held: Vec<HeldRecord<'a>>,
     tube: TubeRecord,
     not_modelled: Vec<String>,
+    warnings: Vec<String>,
+    targets: Vec<TargetRecord<'a>>,
     unknowns: usize,
     free_unknowns: usize,
-    /// Of every number here: none is known.
-    error: Option<f64>,
-    error_words: &'static str,
+    errors: ErrorsRecord<'a>,
     states: Vec<StateRecord<'a>>,
     /// True where forces balance in every state at a minimum, and the run came to its end.
     equilibria: bool,
@@ -57,9 +60,28 @@ struct Units {
     axes: &'static str,
 }
 
+/// The file that all this came from.
+#[derive(Debug, Serialize)]
+struct SceneRecord<'a> {
+    path: &'a str,
+    sha256: &'a str,
+    text: &'a str,
+}
+
+/// A target at rest.
+#[derive(Debug, Serialize)]
+struct TargetRecord<'a> {
+    name: &'a str,
+    organ: &'a str,
+    at: [f64; 3],
+}
+
 #[derive(Debug, Serialize)]
 struct MapRecord<'a> {
     path: &'a str,
+    /// Of the file; null where it is none.
+    sha256: Option<&'a str>,
+    /// BLAKE3 of geometry and voxels.
     hash: &'a str,
     voxels: [usize; 3],
     spacing: [f64; 3],
@@ -69,21 +91,39 @@ struct MapRecord<'a> {
 struct OrganRecord<'a> {
     name: &'a str,
     label: u16,
+    law: &'static str,
     young: f64,
+    young_spread: Option<f64>,
     poisson: f64,
+    poisson_spread: Option<f64>,
+    /// Standard deviation of the surface's smoothing, mm.
+    smoothing: f64,
+    cubes: CubesRecord<'a>,
+    /// Of the label's part that is meshed, without holes.
     voxels: usize,
-    /// mm^3: of the label, and of the mesh.
+    /// Of these the ones that smoothing left outside, and others that it took in.
+    voxels_smoothed_away: usize,
+    voxels_smoothed_in: usize,
+    /// mm^3: of the label with the holes that are filled, and of the mesh.
     volume: f64,
     mesh_volume: f64,
     parts: usize,
     dropped_voxels: usize,
-    hole_voxels: usize,
-    holes_filled: bool,
+    /// Voxels of holes that were filled, and that were left open.
+    filled_voxels: usize,
+    open_hole_voxels: usize,
     /// It goes on beyond the label map there, which the mesh does not.
     cut_off: bool,
     elements: usize,
     nodes: usize,
     surface_points: usize,
+}
+
+#[derive(Debug, Serialize)]
+struct CubesRecord<'a> {
+    side: f64,
+    levels: u32,
+    within: &'a [f64],
 }
 
 #[derive(Debug, Serialize)]
@@ -123,6 +163,21 @@ pub(super) struct Whole<'a> {
     pub(super) labels: &'a Labels,
     pub(super) model: &'a Model,
     pub(super) run: &'a Run,
+    pub(super) origin: &'a Origin,
+    pub(super) errors: &'a Said,
+    /// False while the run goes on.
+    pub(super) complete: bool,
+}
+
+/// The files of a run.
+#[derive(Debug)]
+pub(super) struct Origin {
+    /// Of the scene.
+    pub(super) path: String,
+    pub(super) text: String,
+    pub(super) sha256: String,
+    /// Of the label map, where it is a file.
+    pub(super) labels_sha256: Option<String>,
 }
 
 impl<'a> Report<'a> {
@@ -139,6 +194,12 @@ impl<'a> Report<'a> {
             format: FORMAT,
             version: VERSION,
             title: whole.title,
+            complete: whole.complete,
+            scene: SceneRecord {
+                path: &whole.origin.path,
+                sha256: &whole.origin.sha256,
+                text: &whole.origin.text,
+            },
             units: Units {
                 length: "mm",
                 stress: "N/mm2",
@@ -148,6 +209,7 @@ impl<'a> Report<'a> {
             },
             labels: MapRecord {
                 path: whole.path,
+                sha256: whole.origin.labels_sha256.as_deref(),
                 hash: &labels.hash,
                 voxels: labels.size,
                 spacing: labels.spacing.into(),
@@ -169,33 +231,65 @@ impl<'a> Report<'a> {
                 step: plan.way.step,
             },
             not_modelled: words::not_modelled(plan, labels, model),
+            warnings: words::warnings(plan, model),
+            targets: model
+                .targets
+                .iter()
+                .map(|target| target_record(model, target))
+                .collect(),
             unknowns,
             free_unknowns,
-            error: None,
-            error_words: NO_ERROR,
-            states: run.states.iter().map(|state| record(plan, model, state)).collect(),
-            equilibria: run.refused.is_none() && run.saddles().is_empty(),
+            errors: errors::record(whole.errors, model),
+            states: run
+                .states
+                .iter()
+                .map(|state| record(plan, labels, model, state))
+                .collect(),
+            equilibria: whole.complete && run.refused.is_none() && run.saddles().is_empty(),
             refused: run.refused.as_deref(),
             pictures,
         }
     }
 }
 
-fn organ_record<'a>(body: &'a Body, organ: &super::plan::Organ) -> OrganRecord<'a> {
+fn target_record<'a>(model: &'a Model, target: &'a super::target::Target) -> TargetRecord<'a> {
+    TargetRecord {
+        name: &target.name,
+        organ: &model.bodies[target.body].name,
+        at: triple(&target.at),
+    }
+}
+
+fn organ_record<'a>(body: &'a Body, organ: &'a super::plan::Organ) -> OrganRecord<'a> {
     let facts: &Facts = &body.facts;
-    let lame = &organ.material.lame;
+    let (filled, open) = if facts.filled {
+        (facts.holes, 0)
+    } else {
+        (0, facts.holes)
+    };
     OrganRecord {
         name: &body.name,
         label: body.label,
-        young: lame.young(),
-        poisson: 0.5 * lame.lambda / (lame.lambda + lame.mu),
-        voxels: facts.voxels,
+        law: organ.law,
+        young: organ.young.value,
+        young_spread: organ.young.spread,
+        poisson: organ.poisson.value,
+        poisson_spread: organ.poisson.spread,
+        smoothing: organ.smoothing.sigma,
+        cubes: CubesRecord {
+            side: organ.settings.side,
+            levels: organ.settings.levels,
+            within: &organ.within,
+        },
+        voxels: facts.voxels - filled,
+        voxels_smoothed_away: facts.moved[0],
+        voxels_smoothed_in: facts.moved[1],
         volume: facts.volume,
         mesh_volume: body.mesh.volume(),
         parts: facts.parts,
         dropped_voxels: facts.dropped,
-        hole_voxels: facts.holes,
-        holes_filled: facts.filled,
+        filled_voxels: filled,
+        open_hole_voxels: open,
         cut_off: facts.cut.iter().flatten().any(|cut| *cut),
         elements: body.mesh.elements.len(),
         nodes: body.mesh.nodes.len(),

@@ -10,11 +10,12 @@ use simulation::sparse::Dissection;
 use super::labels::Labels;
 use super::model::Model;
 use super::plan::Plan;
+use crate::output::OutputError;
 use crate::run::Stopwatch;
 use search::Search;
 
 /// The largest free force over the largest load.
-const TOLERANCE: f64 = 1e-8;
+pub(super) const TOLERANCE: f64 = 1e-8;
 
 /// What the tissue does to the tube, in the patient's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,36 +52,58 @@ pub(super) struct State {
 }
 
 /// What a run found.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Run {
     pub(super) states: Vec<State>,
     /// Why it ended early.
     pub(super) refused: Option<String>,
 }
 
-/// Runs a model; `tell` gets a line for each state.
-pub(super) fn run(model: &mut Model, plan: &Plan, labels: &Labels, tell: &mut dyn FnMut(&str)) -> Run {
-    let mut states = Vec::new();
-    let refused = strokes(model, plan, labels, &mut states, tell).err();
-    Run { states, refused }
+/// Keeps what was found so far.
+pub(super) type Keep<'a> = dyn FnMut(&Model, &Run) -> Result<(), OutputError> + 'a;
+
+/// Runs a model; `tell` gets a line for each state, and `keep` the run after each.
+///
+/// # Errors
+/// What `keep` says.
+pub(super) fn run(
+    model: &mut Model,
+    plan: &Plan,
+    labels: &Labels,
+    tell: &mut dyn FnMut(&str),
+    keep: &mut Keep<'_>,
+) -> Result<Run, OutputError> {
+    let mut run = Run::default();
+    run.refused = strokes(model, plan, labels, &mut run, tell, keep)?.err();
+    Ok(run)
+}
+
+/// Newton's method for a model, with so much left of the load.
+pub(super) fn newton(model: &Model, plan: &Plan, tolerance: f64) -> Result<Newton, String> {
+    let order = Dissection::by_places(&model.system.places(), &[]);
+    let order = order.map_err(|why| format!("the order of elimination: {why}"))?;
+    let control = Settings {
+        most_iterations: plan.most_steps,
+        tolerance,
+        ..Settings::default()
+    };
+    Ok(Newton::ordered_by(control, order))
 }
 
 fn strokes(
     model: &mut Model,
     plan: &Plan,
     labels: &Labels,
-    states: &mut Vec<State>,
+    run: &mut Run,
     tell: &mut dyn FnMut(&str),
-) -> Result<(), String> {
-    let order = Dissection::by_places(&model.system.places(), &[]);
-    let order = order.map_err(|why| format!("the order of elimination: {why}"))?;
-    let control = Settings {
-        most_iterations: plan.most_steps,
-        tolerance: TOLERANCE,
-        ..Settings::default()
+    keep: &mut Keep<'_>,
+) -> Result<Result<(), String>, OutputError> {
+    let newton = match newton(model, plan, TOLERANCE) {
+        Ok(newton) => newton,
+        Err(why) => return Ok(Err(why)),
     };
     let mut search = Search {
-        newton: Newton::ordered_by(control, order),
+        newton,
         a: model.system.initial(),
         done: 0.0,
         stroke: 0.0,
@@ -94,21 +117,22 @@ fn strokes(
         match made {
             Ok(_) => {
                 state.label = format!("state {k} of {}", strokes.len() - 1);
-                tell(&state.line());
-                states.push(state);
+                tell(&state.line(model));
+                run.states.push(state);
+                keep(model, run)?;
             }
             Err(why) => {
                 state.label = format!("NOT an equilibrium, on the way to state {k}");
-                states.push(state);
-                return Err(format!(
+                run.states.push(state);
+                return Ok(Err(format!(
                     "state {k} of {}, {stroke} mm along the stroke: {}",
                     strokes.len() - 1,
                     advice(&why)
-                ));
+                )));
             }
         }
     }
-    Ok(())
+    Ok(Ok(()))
 }
 
 /// The reason, with what a person can do about it.
@@ -171,13 +195,18 @@ impl State {
     }
 
     /// A line about it.
-    fn line(&self) -> String {
+    fn line(&self, model: &Model) -> String {
         let Some(found) = &self.found else {
             return self.label.clone();
         };
         let falling = stability(found);
+        let targets = model.targets.iter().map(|target| {
+            let by = target.moved(&model.system.bodies, &self.a).norm();
+            format!("; {} moved {by:.2} mm", target.name)
+        });
+        let targets: String = targets.collect();
         format!(
-            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth of points {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s",
+            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth of points {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s{targets}",
             self.label,
             self.stroke,
             self.on_tube.force.norm(),

@@ -1,5 +1,7 @@
 //! Scenes in space end to end: label maps that the tests write, and the one of the shipped scene.
 
+mod errors;
+mod kept;
 pub(super) mod maps;
 mod refused;
 mod shipped;

@@ -4,7 +4,9 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 use simulation::space::cells::{Field, LabelField};
+use simulation::space::error::SAFETY;
 
+use super::errors::Said;
 use super::hold::How;
 use super::labels::Labels;
 use super::model::Model;
@@ -53,16 +55,17 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     for (body, organ) in model.bodies.iter().zip(&plan.organs) {
         let facts = &body.facts;
         let mut words = format!(
-            "{}: label {}, {} voxels, {:.1} ml; {} cubes with {} nodes, {:.2} ml; E {} N/mm2, nu {:.4}",
+            "{}: label {}, {} voxels, {:.1} ml; {} cubes with {} nodes, {:.2} ml; {}, E {} N/mm2, nu {:.4}",
             body.name,
             body.label,
-            facts.voxels,
+            facts.voxels - if facts.filled { facts.holes } else { 0 },
             1e-3 * facts.volume,
             body.mesh.elements.len(),
             body.mesh.nodes.len(),
             1e-3 * body.mesh.volume(),
-            organ.material.lame.young() as f32,
-            0.5 * organ.material.lame.lambda / (organ.material.lame.lambda + organ.material.lame.mu)
+            organ.law,
+            organ.young.value,
+            organ.poisson.value
         );
         if facts.dropped > 0 {
             let _ = write!(words, "; {} voxels of other parts are DROPPED", facts.dropped);
@@ -70,6 +73,13 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
         if facts.holes > 0 {
             let what = if facts.filled { "filled" } else { "left open" };
             let _ = write!(words, "; {} voxels of holes are {what}", facts.holes);
+        }
+        if facts.moved != [0; 2] {
+            let [away, taken] = facts.moved;
+            let _ = write!(
+                words,
+                "; smoothing left {away} voxels outside and took {taken} others in"
+            );
         }
         if facts.cut.iter().flatten().any(|cut| *cut) {
             let _ = write!(words, "; CUT OFF by the border of the label map");
@@ -107,10 +117,38 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
         way.step
     );
     line(&mut text, "tube", &words);
+    for target in &model.targets {
+        let (at, organ) = (&target.at, &model.bodies[target.body].name);
+        let words = format!("{} at ({:.2}, {:.2}, {:.2}), in {organ}", target.name, at.x, at.y, at.z);
+        line(&mut text, "target", &words);
+    }
+    for one in plan.uncertain() {
+        let [up, down] = one.moved;
+        line(
+            &mut text,
+            "uncertain",
+            &format!("{}: {}, {down:.4e} to {up:.4e}", one.key, one.value),
+        );
+    }
+    for words in warnings(plan, model) {
+        line(&mut text, "WARNING", &words);
+    }
     for words in not_modelled(plan, labels, model) {
         line(&mut text, "not", &words);
     }
     text
+}
+
+/// What a person should look at.
+pub(super) fn warnings(plan: &Plan, model: &Model) -> Vec<String> {
+    let each = model.overlaps.iter().map(|overlap| {
+        let [i, j] = overlap.attachments;
+        format!(
+            "attachments.{i} and attachments.{j} both hold {} points, {:.0} mm2, of {:?}: they add up there",
+            overlap.points, overlap.area, plan.organs[plan.attachments[i].organ].name
+        )
+    });
+    each.collect()
 }
 
 /// What a person might take for modelled and is not.
@@ -181,7 +219,52 @@ pub(super) fn found(run: &Run) -> String {
     let balance = all().map(|(s, _)| s.balance).fold(0.0, f64::max);
     let force = all().next_back().map_or(0.0, |(s, _)| s.on_tube.force.norm());
     format!(
-        "{} equilibria: free force up to {most:.1e} of the load, depth up to {depth:.1e} mm, balance to {balance:.1e}, least det F {least:.3}; last force {force:.4} N, its error not known",
+        "{} equilibria: free force up to {most:.1e} of the load, depth up to {depth:.1e} mm, balance to {balance:.1e}, least det F {least:.3}; last force {force:.4} N",
         all().count()
     )
+}
+
+/// What is said of the errors of the last state: a line for each part and target.
+pub(super) fn errors(said: &Said, model: &Model) -> String {
+    let errors = match said {
+        Said::NotAsked => return "errors of mesh and model not known: not asked for (--errors)\n".to_owned(),
+        Said::NotYet => return "errors not looked for yet\n".to_owned(),
+        Said::NotKnown(why) => return format!("errors not known: {why}\n"),
+        Said::Found(errors) => errors,
+    };
+    let mut text = String::new();
+    let targets = model.targets.iter().enumerate();
+    let mut all: Vec<(&str, Option<usize>)> = targets.map(|(k, t)| (t.name.as_str(), Some(k))).collect();
+    all.push(("force", None));
+    for (name, k) in all {
+        let unit = if k.is_some() { "mm" } else { "N" };
+        let number = |x: Option<f64>| {
+            x.filter(|x| x.is_finite())
+                .map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} {unit}"))
+        };
+        let algebraic = errors.left_over(k);
+        let mesh = errors.finer.as_ref().ok().map(|found| SAFETY * found.by.at(k).norm());
+        let spread = k.map_or(&errors.model.force, |k| &errors.model.targets[k]);
+        let bent = spread.is_some_and(|s| !s.is_linear(algebraic.unwrap_or(0.0)));
+        let words = format!(
+            "algebraic {}, mesh (estimate) {}, model {}{}",
+            number(algebraic),
+            number(mesh),
+            number(spread.map(|s| s.ellipsoid()[0].0)),
+            if bent { ", NOT LINEAR in its numbers" } else { "" }
+        );
+        line(&mut text, "error", &format!("{name}: {words}"));
+    }
+    for why in errors.model.not_known() {
+        line(&mut text, "not known", &format!("model: {why}"));
+    }
+    if let Err(why) = &errors.finer {
+        line(&mut text, "not known", &format!("mesh: {why}"));
+    }
+    line(
+        &mut text,
+        "",
+        "model: the longest half axis of 95 %, by numbers with a standard deviation alone, to first order",
+    );
+    text
 }

@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use simulation::space::cells::Field;
 use simulation::space::law::Material;
 
-use super::super::body::Body;
+use super::super::body::{Body, displacement};
 use super::super::raw::RawSpaceField;
-use super::skin::{Samples, displacement};
+use super::skin::Samples;
 
 /// Free nodes, with weights, whose weighted displacements are a place's.
 type Row = Vec<(u32, f64)>;

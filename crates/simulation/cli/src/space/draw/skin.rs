@@ -6,7 +6,7 @@ use simulation::space::cells::Field;
 use surface::nets::{Lattice, extract};
 use surface::{MOST_TRIANGLES, Mesh};
 
-use super::super::body::Body;
+use super::super::body::{Body, displacement};
 use super::super::labels::Labels;
 
 /// Places of an undeformed surface, the triangles between them, and what moves them.
@@ -114,15 +114,6 @@ impl Skin {
             .iter()
             .fold(none, |[low, high], p| [low.inf(p), high.sup(p)])
     }
-}
-
-/// The displacement that free nodes give a place.
-pub(super) fn displacement(row: &[(u32, f64)], part: &[f64]) -> Vector3<f64> {
-    let each = row.iter().map(|(node, weight)| {
-        let first = 3 * *node as usize;
-        Vector3::new(part[first], part[first + 1], part[first + 2]) * *weight
-    });
-    each.sum()
 }
 
 /// What moves a place of the surface: by its cube, by that of a place a little further in, or as the nearest point of the surface.

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::super::Space;
+use super::super::errors::Said;
 use super::super::report::Whole;
 use super::super::run::{OnTube, Run, State};
 use super::super::tests::maps::{BALL, SCENE, folder};
@@ -52,6 +53,9 @@ fn what_is_moved_as_a_whole_is_drawn_where_it_is() {
         labels: &space.labels,
         model: &space.model,
         run: &run,
+        origin: &space.origin,
+        errors: &Said::NotAsked,
+        complete: true,
     };
     let album = Album::new(&whole);
     let (state, axes) = (&run.states[0], album.axes());
@@ -109,6 +113,9 @@ fn the_head_is_up_and_no_side_is_mistaken() {
         labels: &space.labels,
         model: &space.model,
         run: &run,
+        origin: &space.origin,
+        errors: &Said::NotAsked,
+        complete: true,
     };
     let album = Album::new(&whole);
     let camera = shape::camera(&album.skins, &Vector3::y(), [300, 200]).unwrap();

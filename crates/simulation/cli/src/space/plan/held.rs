@@ -2,8 +2,9 @@
 
 use super::super::raw::{RawAttachment, RawKind, RawSpaceScene};
 use super::numbers::length;
+use super::spread::young;
 use super::{Attachment, MOST_RIGID, Organ, Rigid};
-use crate::scene::{Checked, invalid, named, positive, within};
+use crate::scene::{Checked, invalid, named, within};
 
 /// The most labels of one table.
 const MOST_LABELS: usize = 256;
@@ -52,9 +53,17 @@ pub(super) fn attachment(k: usize, raw: &RawAttachment, organs: &[Organ], rigid:
     within(&key("to"), raw.to.len(), 1..=MOST_RIGID)?;
     let to = raw.to.iter().enumerate();
     let to = to.map(|(i, name)| named(&key(&format!("to.{i}")), name, rigid.iter().map(|r| r.name.as_str())));
-    let stiffness = match (raw.kind, raw.young, raw.margin) {
-        (RawKind::Tied, Some(young), Some(margin)) => {
-            Some(positive(&key("young"), young)? / length(&key("margin"), margin)?)
+    let tied = match (raw.kind, raw.young, raw.margin) {
+        (RawKind::Tied, Some(modulus), Some(margin)) => {
+            let young = young(&format!("attachments.{k}"), modulus, raw.young_spread)?;
+            Some((young, young.value / length(&key("margin"), margin)?))
+        }
+        (RawKind::Fixed, None, None) if raw.young_spread.is_some() => {
+            return Err(invalid(
+                key("young_spread"),
+                "a number",
+                "nothing with kind = \"fixed\", which has no stiffness",
+            ));
         }
         (RawKind::Fixed, None, None) => None,
         (RawKind::Tied, young, _) => {
@@ -78,6 +87,7 @@ pub(super) fn attachment(k: usize, raw: &RawAttachment, organs: &[Organ], rigid:
         organ,
         to: to.collect::<Checked<_>>()?,
         within: length(&key("within"), raw.within)?,
-        stiffness,
+        stiffness: tied.map(|t| t.1),
+        young: tied.map(|t| t.0),
     })
 }

@@ -7,7 +7,8 @@ use simulation::space::law::Material;
 use super::super::raw::{RawOrgan, RawParts, RawSpaceLaw};
 use super::Organ;
 use super::numbers::length;
-use crate::scene::{Checked, invalid, positive, within};
+use super::spread::{poisson, young};
+use crate::scene::{Checked, invalid, within};
 
 /// Cubes of an organ: a scene must not ask for hours without a word.
 const MOST_CUBES: usize = 20_000;
@@ -23,13 +24,14 @@ pub(super) fn organ((k, raw): (usize, &RawOrgan)) -> Checked<Organ> {
             "a label of the map, above 0: 0 is what has none",
         ));
     }
-    let law = match raw.law {
-        RawSpaceLaw::StVenantKirchhoff => Law::StVenantKirchhoff,
-        RawSpaceLaw::Linear => Law::Linear,
-        RawSpaceLaw::NeoHookean => Law::NeoHookean,
-        RawSpaceLaw::StableNeoHookean => Law::StableNeoHookean,
+    let (name, law) = match raw.law {
+        RawSpaceLaw::StVenantKirchhoff => ("st-venant-kirchhoff", Law::StVenantKirchhoff),
+        RawSpaceLaw::Linear => ("linear", Law::Linear),
+        RawSpaceLaw::NeoHookean => ("neo-hookean", Law::NeoHookean),
+        RawSpaceLaw::StableNeoHookean => ("stable-neo-hookean", Law::StableNeoHookean),
     };
-    positive(&key("young"), raw.young)?;
+    let prefix = format!("organs.{k}");
+    let young = young(&prefix, raw.young, raw.young_spread)?;
     if raw.poisson > MOST_POISSON {
         return Err(invalid(
             key("poisson"),
@@ -41,6 +43,7 @@ pub(super) fn organ((k, raw): (usize, &RawOrgan)) -> Checked<Organ> {
         Refused::Young { .. } => invalid(key("young"), refused, "a stiffness above 0, N/mm2"),
         _ => invalid(key("poisson"), refused, format!("above -1, at most {MOST_POISSON}")),
     })?;
+    let poisson = poisson(&prefix, raw.poisson, raw.poisson_spread, MOST_POISSON)?;
     let good = (0.0..=100.0).contains(&raw.smoothing);
     good.then_some(())
         .ok_or_else(|| invalid(key("smoothing"), raw.smoothing, "0 to 100 mm"))?;
@@ -64,7 +67,10 @@ pub(super) fn organ((k, raw): (usize, &RawOrgan)) -> Checked<Organ> {
     Ok(Organ {
         name: raw.name.clone(),
         label: raw.label,
+        law: name,
         material,
+        young,
+        poisson,
         smoothing: Smoothing {
             sigma: raw.smoothing,
             parts: match raw.parts {

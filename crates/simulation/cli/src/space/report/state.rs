@@ -3,6 +3,7 @@
 use serde::Serialize;
 use simulation::space::equilibrium::Equilibrium;
 
+use super::super::labels::Labels;
 use super::super::model::Model;
 use super::super::plan::Plan;
 use super::super::run::{State, beside};
@@ -21,8 +22,18 @@ pub(super) struct StateRecord<'a> {
     /// Area of surfaces in what is rigid and is no obstacle, mm^2.
     area_in_rigid: f64,
     seconds: f64,
-    /// Of force and places: not known.
-    error: Option<f64>,
+    /// Where targets are; absent where the forces do not balance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    targets: Option<Vec<TargetAt<'a>>>,
+}
+
+/// A target in a state.
+#[derive(Debug, Serialize)]
+struct TargetAt<'a> {
+    name: &'a str,
+    at: [f64; 3],
+    moved: [f64; 3],
+    moved_by: f64,
 }
 
 /// What the tissue does to the tube.
@@ -59,7 +70,7 @@ struct Certificate {
     iterations: usize,
 }
 
-pub(super) fn record<'a>(plan: &Plan, model: &Model, state: &'a State) -> StateRecord<'a> {
+pub(super) fn record<'a>(plan: &Plan, labels: &Labels, model: &'a Model, state: &'a State) -> StateRecord<'a> {
     let on = &state.on_tube;
     StateRecord {
         label: &state.label,
@@ -77,7 +88,18 @@ pub(super) fn record<'a>(plan: &Plan, model: &Model, state: &'a State) -> StateR
         equilibrium: state.found.as_ref().map(|found| certificate(state, found)),
         area_in_rigid: state.in_rigid,
         seconds: state.seconds,
-        error: None,
+        targets: state.found.map(|_| {
+            let each = model.targets.iter().map(|target| {
+                let moved = labels.turned(&target.moved(&model.system.bodies, &state.a));
+                TargetAt {
+                    name: &target.name,
+                    at: triple(&(target.at + moved)),
+                    moved: triple(&moved),
+                    moved_by: moved.norm(),
+                }
+            });
+            each.collect()
+        }),
     }
 }
 

@@ -43,12 +43,146 @@ fn what_the_label_map_does_not_have_is_named() {
         &["attachments.0.within", "no point of the surface of \"ball\"", "floor"],
     );
     refused("smoothing = 3.0", "smoothing = 60.0", &["organs.0.smoothing"]);
-    refused("side = 12.0", "side = 0.5", &["organs.0.cubes", "more than 20000"]);
+    refused(
+        "side = 12.0",
+        "side = 0.5",
+        &["organs.0.cubes", "unknowns at the least", "at most 150000"],
+    );
     let error = refusal(SCENE, 0.01);
     assert!(
         error.contains("space.labels") && error.contains("not orthogonal") && error.contains("axis [0, 1]"),
         "{error}"
     );
+}
+
+#[test]
+fn targets_that_are_none_are_named() {
+    let with = |target: &str| refusal(&format!("{SCENE}\n[[targets]]\n{target}\n"), 0.0);
+    let said = |target: &str, words: &[&str]| {
+        let error = with(target);
+        println!("{error}");
+        for words in words.iter().chain([&"line "]) {
+            assert!(error.contains(words), "{target}: {words:?} is not in: {error}");
+        }
+    };
+    // The ball's surface is 20 mm from its middle, and this place 30 mm.
+    said(
+        "name = \"far\"\nat = [40.0, -20.0, 30.0]",
+        &[
+            "targets.0.at",
+            "[40, -20, 30], in no organ",
+            "some 10.",
+            "mm from \"ball\", the nearest",
+        ],
+    );
+    said(
+        "name = \"far\"\nat = [40.0, nan, 30.0]",
+        &["targets.0.at", "three numbers"],
+    );
+    said(
+        "name = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"liver\"",
+        &["targets.0.organ", "\"liver\"", "\"ball\""],
+    );
+    said("name = \"\"\nat = [10.0, -20.0, 30.0]", &["targets.0.name"]);
+    said("name = \"in\"\nat = [10.0, -20.0]", &["targets"]);
+    said(
+        "name = \"in\"\nat = [10.0, -20.0, 30.0]\n[[targets]]\nname = \"in\"\nat = [10.0, -20.0, 31.0]",
+        &["targets.1.name", "a second time"],
+    );
+    let many: String = (0..65)
+        .map(|k| format!("[[targets]]\nname = \"{k}\"\nat = [10.0, -20.0, 30.0]\n"))
+        .collect();
+    assert!(refusal(&format!("{SCENE}\n{many}"), 0.0).contains("0 to 64"));
+    let two = two_organs();
+    let error = refusal(
+        &format!("{two}\n[[targets]]\nname = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"slab\""),
+        0.0,
+    );
+    assert!(
+        error.contains("targets.0.at")
+            && error.contains("a place in \"ball\"")
+            && error.contains("a place in \"slab\", its organ"),
+        "{error}"
+    );
+    assert!(
+        with("name = \"in\"\nat = [10.0, -20.0, 30.0]\norgan = \"ball\"")
+            .contains("target     in at (10.00, -20.00, 30.00), in ball")
+    );
+}
+
+/// The scene with the layer behind the ball as an organ of its own.
+fn two_organs() -> String {
+    let from = SCENE.find("[[rigid]]").unwrap()..SCENE.find("[surroundings]").unwrap();
+    let mut scene = SCENE.to_owned();
+    scene.replace_range(
+        from,
+        "[[organs]]\nname = \"slab\"\nlabel = 3\nlaw = \"neo-hookean\"\nyoung = 0.01\npoisson = 0.45\nsmoothing = 2.0\ncubes = { side = 9.0 }\n\n",
+    );
+    scene
+}
+
+#[test]
+fn spreads_that_are_none_are_named() {
+    for (spread, said) in [
+        ("0", "at most 1"),
+        ("-0.1", "-0.1"),
+        ("1.1", "1.1"),
+        ("nan", "NaN"),
+        ("inf", "inf"),
+    ] {
+        refused(
+            "young = 0.01",
+            &format!("young = 0.01\nyoung_spread = {spread}"),
+            &["organs.0.young_spread", said, "logarithm"],
+        );
+        refused(
+            "young = 1e-3",
+            &format!("young = 1e-3\nyoung_spread = {spread}"),
+            &["surroundings.young_spread", said],
+        );
+        refused(
+            "kind = \"fixed\"",
+            &format!("kind = \"tied\"\nyoung = 1e-3\nmargin = 5.0\nyoung_spread = {spread}"),
+            &["attachments.0.young_spread", said],
+        );
+    }
+    for spread in ["0", "-0.01", "0.0500", "nan"] {
+        refused(
+            "poisson = 0.45",
+            &format!("poisson = 0.45\npoisson_spread = {spread}"),
+            &["organs.0.poisson_spread", "beside a ratio of 0.45", "at most 0.4999"],
+        );
+    }
+    refused(
+        "kind = \"fixed\"",
+        "kind = \"fixed\"\nyoung_spread = 0.3",
+        &["attachments.0.young_spread", "kind = \"fixed\""],
+    );
+    refused(
+        "margin = 20.0",
+        "margin = 20.0\npoisson_spread = 0.1",
+        &["poisson_spread", "unknown field"],
+    );
+}
+
+#[test]
+fn fields_and_digests_that_are_none_are_named() {
+    for law in ["linear", "st-venant-kirchhoff"] {
+        let scene =
+            format!("{SCENE}\n[output]\nfield = \"von-mises\"\n").replace("\"neo-hookean\"", &format!("{law:?}"));
+        let error = refusal(&scene, 0.0);
+        assert!(
+            error.contains("output.field") && error.contains(law) && error.contains("line "),
+            "{error}"
+        );
+    }
+    for digest in ["abc", "", &"g".repeat(64), &"a".repeat(65)] {
+        refused(
+            "obtain =",
+            &format!("labels_sha256 = \"{digest}\"\nobtain ="),
+            &["space.labels_sha256", "64 hexadecimal digits"],
+        );
+    }
 }
 
 #[test]

@@ -1,0 +1,257 @@
+//! Targets and the three errors end to end, beside closed forms and draws.
+
+use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+use super::super::Space;
+use super::super::plan::Plan;
+use super::super::run;
+use super::READ;
+use super::maps::{SCENE, folder};
+
+/// Two places of the ball.
+const TARGETS: &str = r#"
+[[targets]]
+name = "node"
+at = [10.0, -32.0, 34.0]
+
+[[targets]]
+name = "deep"
+at = [14.0, -14.0, 26.0]
+organ = "ball"
+"#;
+
+/// The scene with these words replaced, its targets, and a coarser way.
+fn scene(changes: &[(&str, &str)]) -> String {
+    let mut text = format!("{SCENE}{TARGETS}");
+    for (old, new) in changes.iter().chain(&[("stroke = 4.0", "stroke = 2.0")]) {
+        assert!(text.contains(old), "{old}");
+        text = text.replacen(old, new, 1);
+    }
+    text
+}
+
+fn space(text: String) -> (Space, tempfile::TempDir) {
+    let (folder, path) = folder(&Matrix3::identity(), 0.0);
+    (Space::new(text, &path, None, READ).unwrap(), folder)
+}
+
+/// `result.json` of a run that was asked for errors, and all that it told.
+fn found(text: String) -> (Value, String) {
+    let (mut space, folder) = space(text);
+    space.ask_for_errors();
+    let mut told = String::new();
+    told += &space.run(folder.path(), &mut |line| told_line(line)).unwrap();
+    let json = std::fs::read(folder.path().join("result.json")).unwrap();
+    (serde_json::from_slice(&json).unwrap(), told)
+}
+
+fn told_line(line: &str) {
+    println!("{line}");
+}
+
+fn vector(value: &Value) -> Vector3<f64> {
+    Vector3::from_fn(|k, _| value[k].as_f64().unwrap())
+}
+
+/// The bath without what is fixed: nothing but two stiffnesses.
+const BATH_ALONE: (&str, &str) = (
+    "[[attachments]]\norgan = \"ball\"\nto = [\"floor\"]\nwithin = 4.0\nkind = \"fixed\"\n",
+    "",
+);
+
+/// The tube's place is given, so displacements depend on the ratio of all stiffnesses alone, and forces are homogeneous in them of degree 1.
+#[test]
+fn all_stiffnesses_together_move_no_target_and_scale_the_force() {
+    let (json, told) = found(scene(&[
+        BATH_ALONE,
+        ("young = 0.01", "young = 0.01\nyoung_spread = 0.02"),
+        ("young = 1e-3", "young = 0.02\nyoung_spread = 0.02"),
+    ]));
+    println!("{told}");
+    let model = &json["errors"]["model"];
+    let [organ, bath] = [&model["parameters"][0], &model["parameters"][1]];
+    assert!(organ["key"] == "organs.0.young" && bath["key"] == "surroundings.young");
+    let force = vector(&json["states"][1]["on_tube"]["force"]);
+    let sum = vector(&organ["force"]["by"]) + vector(&bath["force"]["by"]);
+    // Euler's theorem; third derivatives are left out by differences of 0.02, and forces settle to 1e-6.
+    assert!((sum / 0.02 - force).norm() < 2e-3 * force.norm(), "{sum:?} {force:?}");
+    for k in 0..2 {
+        let [one, two] = [organ, bath].map(|p| vector(&p["targets"][k]["by"]));
+        assert!(
+            (one + two).norm() < 0.02 * one.norm() && one.norm() > 1e-4,
+            "{one:?} {two:?}"
+        );
+        // Both are one direction, so that the ellipsoid is a line of twice the variance.
+        let target = &model["targets"][k];
+        let expected = (one.norm_squared() + two.norm_squared()).sqrt();
+        assert!((target["deviation"].as_f64().unwrap() - expected).abs() < 1e-9 * expected);
+        assert!(target["half_axes"][1].as_f64().unwrap() < 0.05 * target["half_axes"][0].as_f64().unwrap());
+        assert_eq!(target["linear"], true);
+    }
+    assert_eq!(model["taken_as_exact"], serde_json::json!(["organs.0.poisson"]));
+}
+
+/// What is held by places alone moves as before whatever its stiffness, and its force goes with it.
+#[test]
+fn of_one_stiffness_alone_the_force_is_its_own_and_the_departure_that_of_the_exponential() {
+    let bath = "[surroundings]\nyoung = 1e-3\nmargin = 20.0\ncorridor = 8.0\n";
+    let (json, told) = found(scene(&[
+        (bath, ""),
+        ("young = 0.01", "young = 0.01\nyoung_spread = 0.3"),
+    ]));
+    println!("{told}");
+    let force = vector(&json["states"][1]["on_tube"]["force"]);
+    let model = &json["errors"]["model"];
+    let by = &model["parameters"][0]["force"];
+    let size = force.norm();
+    assert!(
+        (vector(&by["by"]) - force * 0.3_f64.sinh()).norm() < 1e-4 * size,
+        "{by} {force:?}"
+    );
+    assert!((by["departure"].as_f64().unwrap() - size * (0.3_f64.cosh() - 1.0)).abs() < 1e-4 * size);
+    let deviation = model["force_size_deviation"].as_f64().unwrap();
+    assert!((deviation - size * 0.3_f64.sinh()).abs() < 1e-4 * size);
+    // The departure is 0.15 of the deviation.
+    assert_eq!(model["force"]["linear"], true);
+    for k in 0..2 {
+        let moved = json["states"][1]["targets"][k]["moved_by"].as_f64().unwrap();
+        let deviation = model["targets"][k]["deviation"].as_f64().unwrap();
+        assert!(deviation < 1e-4 * moved && moved > 0.01, "{deviation} of {moved}");
+    }
+    // The other two parts are there, and small where they must be.
+    let errors = &json["errors"];
+    let algebraic = &errors["algebraic"];
+    assert!(algebraic["force"].as_f64().unwrap() < 1e-4 * size, "{algebraic}");
+    for k in 0..2 {
+        let one = &algebraic["targets"][k];
+        assert!(
+            one["by_residual"].as_f64().unwrap() < 1e-3 && one["by_going_on"].as_f64().unwrap() < 1e-4,
+            "{one}"
+        );
+        let mesh = &errors["discretisation"]["targets"][k];
+        let change = vector(&mesh["change"]).norm();
+        assert!(
+            (mesh["stated"].as_f64().unwrap() - 2.0 * change).abs() < 1e-12 && change > 1e-4,
+            "{mesh}"
+        );
+    }
+    let mesh = errors["discretisation"]["force"]["stated"].as_f64().unwrap();
+    assert!(mesh > 1e-3 * size && mesh < size, "{mesh} of {size}");
+    assert!(errors["discretisation"]["near"].as_f64().unwrap() > 0.0);
+}
+
+/// A generator of its own: the same draws each time, uniform in (0, 1).
+struct Random(u64);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+
+    /// Normal, by Box and Muller.
+    fn normal(&mut self) -> f64 {
+        let (one, two) = (self.uniform(), self.uniform());
+        (-2.0 * one.ln()).sqrt() * (std::f64::consts::TAU * two).cos()
+    }
+}
+
+/// Thirty draws of all three numbers, each run from the start: nothing of the linearisation is in them.
+#[test]
+fn draws_spread_as_the_linearisation_says() {
+    let text = scene(&[
+        BATH_ALONE,
+        (
+            "cubes = { side = 12.0, levels = 1, within = [12.0] }",
+            "cubes = { side = 8.0 }",
+        ),
+        ("young = 0.01", "young = 0.01\nyoung_spread = 0.15"),
+        ("poisson = 0.45", "poisson = 0.4\npoisson_spread = 0.03"),
+        ("young = 1e-3", "young = 0.02\nyoung_spread = 0.15"),
+    ]);
+    let (json, told) = found(text.clone());
+    println!("{told}");
+    let (mut sums, mut random) = ([[0.0; 2]; 3], Random(11));
+    let draws = 30;
+    for _ in 0..draws {
+        let [organ, nu, bath] = [0.15, 0.03, 0.15].map(|s| s * random.normal());
+        let drawn = text
+            .replace("young = 0.01\n", &format!("young = {}\n", 0.01 * organ.exp()))
+            .replace("poisson = 0.4\n", &format!("poisson = {}\n", 0.4 + nu))
+            .replace("young = 0.02\n", &format!("young = {}\n", 0.02 * bath.exp()));
+        let (mut space, _folder) = space(drawn);
+        let plan: &Plan = &space.plan;
+        let run = run::run(&mut space.model, plan, &space.labels, &mut |_| {}, &mut |_, _| Ok(())).unwrap();
+        let last = run.states.last().unwrap();
+        let results = [
+            space.model.targets[0].moved(&space.model.system.bodies, &last.a),
+            space.model.targets[1].moved(&space.model.system.bodies, &last.a),
+            last.on_tube.force,
+        ];
+        // Along one direction each: y, that of the tube.
+        for (sum, result) in sums.iter_mut().zip(results) {
+            *sum = [sum[0] + result.y, sum[1] + result.y * result.y];
+        }
+    }
+    let model = &json["errors"]["model"];
+    let records = [&model["targets"][0], &model["targets"][1], &model["force"]];
+    for (sum, record) in sums.iter().zip(records) {
+        let n = f64::from(draws);
+        let drawn = ((sum[1] - sum[0] * sum[0] / n) / (n - 1.0)).sqrt();
+        let linear = record["covariance"][1][1].as_f64().unwrap().sqrt();
+        println!(
+            "deviation along y: drawn {drawn:.5}, linearised {linear:.5}, ratio {:.3}",
+            drawn / linear
+        );
+        // The standard deviation of thirty draws has one of 0.13 itself: three of them.
+        assert!((drawn / linear - 1.0).abs() < 0.4);
+    }
+}
+
+#[test]
+fn what_is_not_known_is_never_zero() {
+    let (json, told) = found(scene(&[]));
+    println!("{told}");
+    let model = &json["errors"]["model"];
+    assert!(model["targets"][0].is_null() && model["force"].is_null() && model["force_size_deviation"].is_null());
+    assert!(
+        model["not_known"][0]
+            .as_str()
+            .unwrap()
+            .contains("no number of the scene has a standard deviation")
+    );
+    assert!(told.contains("model NOT KNOWN"), "{told}");
+    // A run that ends early has none of them.
+    let (mut space, folder) = space(format!("{}\n[search]\nmost_steps = 2\n", scene(&[])));
+    space.ask_for_errors();
+    space.run(folder.path(), &mut |_| {}).unwrap_err();
+    let json: Value = serde_json::from_slice(&std::fs::read(folder.path().join("result.json")).unwrap()).unwrap();
+    assert_eq!(json["errors"], "not known: the run ended early");
+    assert_eq!(json["complete"], true);
+}
+
+/// A state in which a number cannot be moved: Poisson's ratio so near to the elements' limit that the state is not found in two steps.
+#[test]
+fn a_number_whose_state_is_not_found_leaves_its_part_not_known() {
+    let text = scene(&[("young = 0.01", "young = 0.01\nyoung_spread = 0.3")]);
+    let (mut space, _folder) = space(text);
+    let plan = &space.plan;
+    let run = run::run(&mut space.model, plan, &space.labels, &mut |_| {}, &mut |_, _| Ok(())).unwrap();
+    let mut hasty = space.plan.clone();
+    hasty.most_steps = 1;
+    let said = super::super::errors::of(&run, &hasty, &space.labels, &space.model, &mut told_line);
+    let super::super::errors::Said::Found(errors) = said else {
+        panic!("{said:?}");
+    };
+    assert!(errors.model.targets.iter().all(Option::is_none) && errors.model.force.is_none());
+    assert!(errors.model.force_size.is_none());
+    assert!(
+        errors.model.not_known()[0].contains("organs.0.young"),
+        "{:?}",
+        errors.model.not_known()
+    );
+}
