@@ -11,10 +11,13 @@
 //!
 //! The same poses give the same bits, whatever the machine's load.
 
+mod around;
 mod begin;
 mod contact;
 mod factors;
 mod mix;
+mod near;
+mod pressed;
 mod reduced;
 mod report;
 mod search;
@@ -32,8 +35,10 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use super::system::System;
+use super::term::ObstacleContact;
 use super::tube::Tube;
 use crate::control::Potential;
+use around::Around;
 use contact::Contact;
 use factors::Factors;
 use mix::Mix;
@@ -63,6 +68,8 @@ struct Now {
 #[derive(Debug)]
 pub struct Frames {
     system: Arc<System>,
+    /// Bones behind the tissue.
+    bones: Vec<ObstacleContact>,
     settings: Settings,
     now: Now,
     /// The state of the frame before, where the last one was settled.
@@ -105,9 +112,12 @@ impl Frames {
         &self.now.tube
     }
 
-    /// Unknowns that are eliminated last.
-    pub fn root_size(&self) -> usize {
-        3 * self.contact.touches.nodes()
+    /// What the tissue may touch, with the tube there.
+    fn around<'a>(&'a self, tube: &'a Tube) -> Around<'a> {
+        Around {
+            tube,
+            bones: &self.bones,
+        }
     }
 
     /// Moves the tube to a pose, and the tissue with it.
