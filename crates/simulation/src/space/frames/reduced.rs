@@ -15,7 +15,7 @@ use super::touch::Touches;
 use crate::space::tube::Distance;
 
 /// Stiffness of contact times the mean compliance of a point, at first.
-const STIFFNESS_PART: f64 = 1000.0;
+const STIFFNESS_PART: f64 = 1e4;
 /// A round that leaves more than this part of the last one's change asks for more, so much of it, and so much in all: where tissue all
 /// but slips off the tube, forces of rounds grow until contact is stiff enough.
 const SLOW_PART: f64 = 0.25;
@@ -189,7 +189,8 @@ impl Reduced {
     /// Newton's method with these pressures.
     fn balance(&mut self, problem: &Problem<'_>, force: f64, at: &mut At) -> Option<()> {
         for _ in 0..MOST_STEPS {
-            if at.off <= force {
+            // No step at all would leave what contact has no part in, however little that is.
+            if at.off <= force && at.step.part > 0.0 {
                 return Some(());
             }
             // Forces that are small enough cost no step: rounds near the end are updates of pressures alone.
