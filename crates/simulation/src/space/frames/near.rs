@@ -25,14 +25,25 @@ impl Default for Near {
 impl Near {
     /// These points, in ascending order, by a factor.
     pub(super) fn new(ldl: &Ldl, touches: &Touches, points: Vec<usize>) -> Self {
+        let nodes = touches.nodes_of(&points);
         let mut combinations = Combinations::default();
-        for point in &points {
-            (0..3).for_each(|k| combinations.push(touches.combination(*point, k)));
+        // By the fewer of the two: several points of a face share its nodes, a point of a cut cube has all of them.
+        let by_nodes = nodes.len() < points.len();
+        if by_nodes {
+            let each = nodes.iter().flat_map(|node| (0..3).map(|k| touches.unknown(*node, k)));
+            each.for_each(|unknown| combinations.push(unknown.into_iter()));
+        } else {
+            let each = points
+                .iter()
+                .flat_map(|point| (0..3).map(|k| touches.combination(*point, k)));
+            each.for_each(|combination| combinations.push(combination));
         }
-        Self {
-            w: ldl.compliance(&combinations),
-            points,
-        }
+        let found = ldl.compliance(&combinations);
+        let w = match by_nodes {
+            true => of_points(&found, touches, &points, &nodes),
+            false => found,
+        };
+        Self { points, w }
     }
 
     /// The points.
@@ -58,4 +69,29 @@ impl Near {
         }
         moved
     }
+}
+
+/// The compliance of points by that of the nodes which move them.
+fn of_points(c: &DMatrix<f64>, touches: &Touches, points: &[usize], nodes: &[u32]) -> DMatrix<f64> {
+    let (size, mut w) = (3 * points.len(), DMatrix::zeros(3 * points.len(), 3 * points.len()));
+    // Rows of points, with nodes numbered as in `c`.
+    let number = |node: u32| nodes.partition_point(|n| *n < node);
+    let row = |point: &usize| touches.row(*point).iter().map(|(n, w)| (number(*n), *w)).collect();
+    let rows: Vec<Vec<(usize, f64)>> = points.iter().map(row).collect();
+    let mut pushed = vec![0.0; c.nrows()];
+    for column in 0..size {
+        pushed.fill(0.0);
+        for (node, weight) in &rows[column / 3] {
+            let c = c.column(3 * node + column % 3);
+            pushed.iter_mut().zip(c.iter()).for_each(|(p, c)| *p += weight * c);
+        }
+        for line in column..size {
+            let each = rows[line / 3]
+                .iter()
+                .map(|(node, weight)| weight * pushed[3 * node + line % 3]);
+            w[(line, column)] = each.sum();
+        }
+    }
+    w.fill_upper_triangle_with_lower_triangle();
+    w
 }

@@ -121,7 +121,8 @@ impl Touches {
         self.points[point].area
     }
 
-    fn row(&self, point: usize) -> &[(u32, f64)] {
+    /// The nodes that move points, and their weights.
+    pub(super) fn row(&self, point: usize) -> &[(u32, f64)] {
         let end = self.points.get(point + 1).map_or(self.rows.len(), |next| next.first);
         &self.rows[self.points[point].first..end]
     }
@@ -164,6 +165,21 @@ impl Touches {
                 self.push(*point, &Vector3::from_column_slice(force), forces);
             }
         }
+    }
+
+    /// The nodes of some of the points, ascending.
+    pub(super) fn nodes_of(&self, points: &[usize]) -> Vec<u32> {
+        let rows = points.iter().flat_map(|point| self.row(*point));
+        let mut nodes: Vec<u32> = rows.map(|(node, _)| *node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// An unknown of a node among all, with weight 1; none where it is held.
+    pub(super) fn unknown(&self, node: u32, component: usize) -> Option<(u32, f64)> {
+        let free = self.free[3 * node as usize + component] > 0.0;
+        free.then(|| ((self.nodes[node as usize] + component) as u32, 1.0))
     }
 
     /// The free unknowns of all that are summed in a component of its place, with their weights.
