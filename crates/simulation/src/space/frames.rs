@@ -3,8 +3,8 @@
 //! [`crate::space::equilibrium::settle`] finds one state with new factors at every step, and stands for the truth here. From one frame
 //! to the next little changes but the contact, so:
 //!
-//! 1. Unknowns of the surface that the tube may press ([`Frames::new`]'s `wanted`) are eliminated last. What the elimination
-//!    of all others leaves on them is their stiffness against contact; contact is exact in that small dense problem (`reduced`).
+//! 1. All that contact does to a step is forces on the points at the tube and at bones. What these move of one another is their compliance, by the factor (`near`);
+//!    contact is exact in that small dense problem (`reduced`, `pressed`).
 //! 2. The factor is of elasticity alone, at an earlier state: contacts come and go without another. The next one is made by a second
 //!    thread and taken up a fixed number of frames after it was asked for (`factors`): by way and rate, never by a clock.
 //! 3. Steps are mixed (`mix`), and made no longer than energy and depths together fall, or the free forces halve (`search`).

@@ -95,8 +95,9 @@ impl Pressed {
 /// The principal directions of a surface, and its curvatures.
 fn bends(distance: &Distance) -> [(Vector3<f64>, f64); 2] {
     let normal = distance.gradient;
-    // The axis that the normal is least along: never parallel to it.
-    let one = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+    // The axis that the normal is least along: never parallel to it. Without a normal there is no direction, and no spring.
+    let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0));
+    let one = across.try_normalize(0.0).unwrap_or_default();
     let two = normal.cross(&one);
     let entry = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(distance.hessian * b));
     let eigen = Matrix2::new(
