@@ -19,7 +19,7 @@ use crate::sparse::Dissection;
 impl Frames {
     /// Frames of a system without tubes of its own, from its state `a` on, for a tube that presses points of the surface of solid `body` for
     /// which `wanted(reference place, normal)` holds. Wherever else it comes to lie in a surface the frame is refused, so
-    /// name all that it may reach; every node there costs time.
+    /// name all that it may reach. What the solid is held by must do without its bones: the factor is of elasticity alone.
     ///
     /// # Errors
     /// [`NoFrames`].
