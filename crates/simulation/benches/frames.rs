@@ -32,7 +32,7 @@ use simulation::space::term::{Springs, TubeContact};
 use simulation::space::tube::Tube;
 use simulation::sparse::Dissection;
 
-const HEADER: &str = "unknowns,root,mm_s,frames,not_settled,steps,cpu_median_ms,cpu_95_ms,cpu_worst_ms,clock_median_ms,clock_95_ms,clock_worst_ms,force_off_n,places_off_mm,newton_ms";
+const HEADER: &str = "unknowns,mm_s,frames,not_settled,steps,cpu_median_ms,cpu_95_ms,cpu_worst_ms,clock_median_ms,clock_95_ms,clock_worst_ms,force_off_n,places_off_mm,newton_ms";
 
 /// Depth of a stroke, mm, and frames in a second.
 const STROKE: f64 = 20.0;
@@ -173,10 +173,9 @@ fn strokes(grid: Grid, speed: f64, settings: Settings, rows: &mut Vec<String>) {
     let count = depths.len();
     let [cpu, wall, alternative] = [times.cpu, times.wall, other.cpu].map(Times::three);
     println!(
-        "{:6} unknowns, root {:4}, {speed:5.0} mm/s, {count:3} frames, {failed} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
+        "{:6} unknowns, {speed:5.0} mm/s, {count:3} frames, {failed} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
          force off by {:.1e} N, places by {:.1e} mm; Newton {:.0} ms a frame: {:.1}x",
         frames.state().len(),
-        frames.root_size(),
         steps as f64 / count as f64,
         cpu[0],
         cpu[1],
@@ -190,9 +189,8 @@ fn strokes(grid: Grid, speed: f64, settings: Settings, rows: &mut Vec<String>) {
         alternative[0] / cpu[0],
     );
     rows.push(format!(
-        "{},{},{speed},{count},{failed},{},{},{},{},{},{},{},{},{},{}",
+        "{},{speed},{count},{failed},{},{},{},{},{},{},{},{},{},{}",
         frames.state().len(),
-        frames.root_size(),
         steps as f64 / count as f64,
         cpu[0],
         cpu[1],
@@ -283,10 +281,9 @@ fn strokes_of_kidney(field: &LabelField) {
     let count = times.cpu.len();
     let [cpu, wall] = [times.cpu, times.wall].map(Times::three);
     println!(
-        "kidney, {:6} unknowns, root {:4}, 20 mm/s, {count} frames, {unsettled} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
+        "kidney, {:6} unknowns, 20 mm/s, {count} frames, {unsettled} not settled, {:.1} steps: cpu {:.1} / {:.1} / {:.1} ms, clock {:.1} / {:.1} / {:.1} ms; \
          least det F {least:.2}, force at 5, 10, 15, 20 mm {:.3} {:.3} {:.3} {:.3} N, at the end {:.1e} N",
         frames.state().len(),
-        frames.root_size(),
         steps as f64 / count as f64,
         cpu[0],
         cpu[1],

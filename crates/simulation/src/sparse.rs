@@ -10,8 +10,10 @@
 //! Multifrontal: `graph` holds the pattern and unknowns that are alike, `order` the order of elimination (minimum degree or nested
 //! dissection), `tree` the elimination tree and its supernodes, `symbolic` the fronts and where entries go, `front` the dense kernels
 //! (large ones by `nalgebra`'s product), `numbers` a front's elimination and `parallel` that of all by threads (`share`), `ldl` the
-//! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`).
+//! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`), `compliance` what a few
+//! combinations of unknowns move of one another.
 
+mod compliance;
 mod dense;
 mod extend;
 mod front;
@@ -34,6 +36,7 @@ mod tests;
 mod tree;
 mod triplets;
 
+pub(crate) use compliance::Combinations;
 pub(crate) use dense::Dense;
 pub use ldl::{Inertia, Ldl, NoPivot};
 pub use order::{Dissection, NoOrder};

@@ -3,18 +3,21 @@
 //! [`crate::space::equilibrium::settle`] finds one state with new factors at every step, and stands for the truth here. From one frame
 //! to the next little changes but the contact, so:
 //!
-//! 1. Unknowns of the surface that the tube may press ([`Frames::new`]'s `wanted`) are eliminated last. What the elimination
-//!    of all others leaves on them is their stiffness against contact; contact is exact in that small dense problem (`reduced`).
+//! 1. All that contact does to a step is forces on the points at the tube and at bones. What these move of one another is their compliance, by the factor (`near`);
+//!    contact is exact in that small dense problem (`reduced`, `pressed`).
 //! 2. The factor is of elasticity alone, at an earlier state: contacts come and go without another. The next one is made by a second
 //!    thread and taken up a fixed number of frames after it was asked for (`factors`): by way and rate, never by a clock.
 //! 3. Steps are mixed (`mix`), and made no longer than energy and depths together fall, or the free forces halve (`search`).
 //!
 //! The same poses give the same bits, whatever the machine's load.
 
+mod around;
 mod begin;
 mod contact;
 mod factors;
 mod mix;
+mod near;
+mod pressed;
 mod reduced;
 mod report;
 mod search;
@@ -32,8 +35,10 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use super::system::System;
+use super::term::ObstacleContact;
 use super::tube::Tube;
 use crate::control::Potential;
+use around::Around;
 use contact::Contact;
 use factors::Factors;
 use mix::Mix;
@@ -63,6 +68,8 @@ struct Now {
 #[derive(Debug)]
 pub struct Frames {
     system: Arc<System>,
+    /// Bones behind the tissue.
+    bones: Vec<ObstacleContact>,
     settings: Settings,
     now: Now,
     /// The state of the frame before, where the last one was settled.
@@ -105,9 +112,12 @@ impl Frames {
         &self.now.tube
     }
 
-    /// Unknowns that are eliminated last.
-    pub fn root_size(&self) -> usize {
-        3 * self.contact.touches.nodes()
+    /// What the tissue may touch, with the tube there.
+    fn around<'a>(&'a self, tube: &'a Tube) -> Around<'a> {
+        Around {
+            tube,
+            bones: &self.bones,
+        }
     }
 
     /// Moves the tube to a pose, and the tissue with it.

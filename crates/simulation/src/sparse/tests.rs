@@ -1,5 +1,6 @@
 //! Factorisations against dense algebra.
 
+mod compliance;
 mod cover;
 mod dissection;
 mod kept;

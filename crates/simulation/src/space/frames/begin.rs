@@ -19,12 +19,12 @@ use crate::sparse::Dissection;
 impl Frames {
     /// Frames of a system without tubes of its own, from its state `a` on, for a tube that presses points of the surface of solid `body` for
     /// which `wanted(reference place, normal)` holds. Wherever else it comes to lie in a surface the frame is refused, so
-    /// name all that it may reach; every node there costs time.
+    /// name all that it may reach. What the solid is held by must do without its bones: the factor is of elasticity alone.
     ///
     /// # Errors
     /// [`NoFrames`].
     pub fn new(
-        system: System,
+        mut system: System,
         a: Vec<f64>,
         body: usize,
         tube: Tube,
@@ -47,19 +47,23 @@ impl Frames {
                 found: system.tubes.len(),
             });
         }
-        let found = system.obstacles.len() + system.organs.len();
-        if found > 0 {
-            return Err(NoFrames::Contacts { found });
+        if !system.organs.is_empty() {
+            return Err(NoFrames::Organs {
+                found: system.organs.len(),
+            });
         }
+        // Their pressures are found as the tube's are, not by the energy.
+        let bones = std::mem::take(&mut system.obstacles);
         if let Some(term) = system.others.iter().position(|term| term.changes()) {
             return Err(NoFrames::Changing { term });
         }
         let others = Others::new(&system, body, &wanted);
-        let touches = Touches::new(&system, body, wanted)?;
-        let order = Dissection::by_places(&system.places(), &touches.unknowns())?;
+        let touches = Arc::new(Touches::new(&system, body, wanted, &bones)?);
+        let order = Dissection::by_places(&system.places(), &[])?;
         let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
         let system = Arc::new(system);
-        let factors = Factors::new(&system, order, settings.precision, &a).ok_or(NoFrames::NoFactor)?;
+        let made = Factors::new(&system, order, Arc::clone(&touches), settings.precision, &a);
+        let factors = made.ok_or(NoFrames::NoFactor)?;
         let solid = system.bodies.solid(body);
         let hundredth = 1e-2 * solid.extent();
         let usual = solid.shear_scale() * hundredth * hundredth;
@@ -74,7 +78,7 @@ impl Frames {
             now: Now {
                 a,
                 at,
-                pressures: vec![0.0; touches.len()],
+                pressures: touches.pressures(&bones),
                 tube,
                 found: Found {
                     determinant,
@@ -85,6 +89,7 @@ impl Frames {
             contact: Contact::new(touches),
             mix: Mix::default(),
             system,
+            bones,
             settings,
             others,
             factors,

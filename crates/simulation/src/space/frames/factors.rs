@@ -4,6 +4,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
+use super::near::Near;
+use super::touch::Touches;
 use crate::control::Potential;
 use crate::space::system::System;
 use crate::sparse::{Dissection, Ldl, Precision, Triplets};
@@ -12,6 +14,8 @@ use crate::sparse::{Dissection, Ldl, Precision, Triplets};
 #[derive(Debug)]
 pub(super) struct Factor {
     pub(super) ldl: Ldl,
+    /// The points at the tube, by this factor.
+    pub(super) near: Near,
     matrix: Triplets,
     /// False where the second derivatives are not positive definite, nor is a convex matrix near them.
     whole: bool,
@@ -23,6 +27,7 @@ impl Factor {
         ldl.set_precision(precision);
         Box::new(Self {
             ldl,
+            near: Near::default(),
             matrix: Triplets::default(),
             whole: false,
         })
@@ -30,6 +35,7 @@ impl Factor {
 
     /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
     fn make(&mut self, system: &System, a: &[f64]) {
+        self.near = Near::default();
         self.whole = [false, true].into_iter().any(|convex| {
             system.hessian(a, convex, &mut self.matrix).is_some_and(|()| {
                 // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
@@ -42,21 +48,27 @@ impl Factor {
     }
 }
 
+/// A factor to be made, the state, and the points at the tube that it is to serve.
+type Job = (Box<Factor>, Vec<f64>, Vec<usize>);
+
 /// A thread that makes factors one after the other.
 #[derive(Debug)]
 struct Worker {
-    jobs: Option<Sender<(Box<Factor>, Vec<f64>)>>,
+    jobs: Option<Sender<Job>>,
     done: Receiver<Box<Factor>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Worker {
-    fn new(system: Arc<System>) -> Self {
-        let (jobs, inbox) = channel::<(Box<Factor>, Vec<f64>)>();
+    fn new(system: Arc<System>, touches: Arc<Touches>) -> Self {
+        let (jobs, inbox) = channel::<Job>();
         let (outbox, done) = channel();
         let work = move || {
-            for (mut factor, a) in inbox {
+            for (mut factor, a, points) in inbox {
                 factor.make(&system, &a);
+                if factor.whole {
+                    factor.near = Near::new(&factor.ldl, &touches, points);
+                }
                 if outbox.send(factor).is_err() {
                     break;
                 }
@@ -90,6 +102,7 @@ pub(super) struct Factors {
     spare: Option<Box<Factor>>,
     worker: Option<Worker>,
     order: Dissection,
+    touches: Arc<Touches>,
     precision: Precision,
     /// The frame in which the next one is taken up.
     due: Option<u64>,
@@ -97,7 +110,13 @@ pub(super) struct Factors {
 
 impl Factors {
     /// The first factor; none where it cannot be made.
-    pub(super) fn new(system: &Arc<System>, order: Dissection, precision: Precision, a: &[f64]) -> Option<Self> {
+    pub(super) fn new(
+        system: &Arc<System>,
+        order: Dissection,
+        touches: Arc<Touches>,
+        precision: Precision,
+        a: &[f64],
+    ) -> Option<Self> {
         let mut now = Factor::new(order.clone(), precision);
         now.make(system, a);
         now.whole.then(|| Self {
@@ -106,6 +125,7 @@ impl Factors {
             spare: Some(Factor::new(order.clone(), precision)),
             worker: None,
             order,
+            touches,
             precision,
             due: None,
         })
@@ -116,13 +136,14 @@ impl Factors {
         self.due.is_some()
     }
 
-    /// Asks for the factor at `a`, to be taken up in frame `due` by [`Self::take_up`].
-    pub(super) fn ask(&mut self, system: &Arc<System>, a: &[f64], due: u64) {
+    /// Asks for the factor at `a`, with these points at the tube, to be taken up in frame `due` by [`Self::take_up`].
+    pub(super) fn ask(&mut self, system: &Arc<System>, a: &[f64], points: Vec<usize>, due: u64) {
         let Some(factor) = self.spare.take() else {
             return;
         };
-        let worker = self.worker.get_or_insert_with(|| Worker::new(Arc::clone(system)));
-        let sent = worker.jobs.as_ref().map(|jobs| jobs.send((factor, a.to_vec())));
+        let new = || Worker::new(Arc::clone(system), Arc::clone(&self.touches));
+        let worker = self.worker.get_or_insert_with(new);
+        let sent = worker.jobs.as_ref().map(|jobs| jobs.send((factor, a.to_vec(), points)));
         if matches!(sent, Some(Ok(()))) {
             self.due = Some(due);
         }

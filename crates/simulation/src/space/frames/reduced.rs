@@ -1,18 +1,21 @@
-//! Contact in the space of the nodes at the tube: `min 1/2 y^T S y - b^T y` over `distance(points(v + y)) >= 0`.
+//! Contact by the compliance of the points at the tube: forces `g` on these, and with them the step, for which no point is deep.
 //!
-//! `S` is what the elimination of all other unknowns leaves on these (their stiffness against contact), `b` what is left of the
-//! free forces. Pressures by the augmented Lagrangian, as in [`crate::space::term::TubeContact`]; here a round costs no sparse
-//! solution, and the stiffness of contact may be far above that of tissue.
+//! The problem of a step is `min 1/2 y^T A y - b^T y` over `distance(points(v + y)) >= 0`. All that contact does to it is `B^T g`, forces on the
+//! points near the tube. From `y = 0` on Newton's method goes through `y = t A^-1 b + A^-1 B^T g` only, with a part `t` that becomes 1: points are moved by
+//! `t d + W g`, where `d = B A^-1 b` and `W = B A^-1 B^T`, and the energy is `1/2 g^T W g - (1 - t) g^T d + (t^2 / 2 - t) b^T A^-1 b`. Pressures by the augmented Lagrangian, as in [`crate::space::term::TubeContact`]; here a round costs no sparse solution, and a step
+//! of Newton's method as many equations as directions that press (`pressed`).
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 
+use super::around::Around;
+use super::near::Near;
 use super::norm;
+use super::pressed::Pressed;
 use super::touch::Touches;
-use crate::space::tube::Tube;
-use crate::sparse::Dense;
+use crate::space::tube::Distance;
 
-/// Stiffness of contact by the mean stiffness of an unknown, at first.
-const STIFFNESS_PART: f64 = 100.0;
+/// Stiffness of contact times the mean compliance of a point, at first.
+const STIFFNESS_PART: f64 = 1e4;
 /// A round that leaves more than this part of the last one's change asks for more, so much of it, and so much in all: where tissue all
 /// but slips off the tube, forces of rounds grow until contact is stiff enough.
 const SLOW_PART: f64 = 0.25;
@@ -26,10 +29,19 @@ const MOST_STEPS: usize = 30;
 const MOST_HALVINGS: usize = 20;
 
 /// The quadratic problem.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Model<'a> {
-    pub(super) stiffness: &'a DMatrix<f64>,
-    pub(super) forces: &'a [f64],
+#[derive(Debug, Clone)]
+pub(super) struct Problem<'a> {
+    pub(super) touches: &'a Touches,
+    pub(super) near: &'a Near,
+    /// Where the points near the tube begin.
+    pub(super) places: Vec<Vector3<f64>>,
+    pub(super) around: &'a Around<'a>,
+    /// How the step without contact moves them, three each.
+    pub(super) free: Vec<f64>,
+    /// `b` on the unknowns of the touches, its length on all others, and its work on the step without contact.
+    pub(super) own: Vec<f64>,
+    pub(super) others: f64,
+    pub(super) work: f64,
 }
 
 /// How exact an answer must be.
@@ -41,55 +53,117 @@ pub(super) struct Wanted {
     pub(super) depth: f64,
 }
 
-/// Points with pressures.
+/// Pressures of the points near the tube.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Reduced {
-    pub(super) touches: Touches,
     /// Stress at each point.
     pub(super) pressures: Vec<f64>,
     /// Stress by length.
     stiffness: f64,
-    dense: Dense,
-    matrix: DMatrix<f64>,
+    pressed: Pressed,
     /// Steps made in all.
     pub(super) steps: usize,
 }
 
-impl Reduced {
-    /// The energy of the pressures at `v`, and their forces added to `forces` (on the unknowns, downhill).
-    fn energy(&self, v: &[f64], tube: &Tube, forces: &mut [f64]) -> f64 {
-        let mut energy = 0.0;
-        for (point, old) in self.pressures.iter().enumerate() {
-            let distance = self.touches.distance(point, v, tube);
-            let area = self.touches.area(point);
-            let pressure = (old - self.stiffness * distance.value).max(0.0);
-            energy += 0.5 * area / self.stiffness * (pressure * pressure - old * old);
-            if pressure > 0.0 {
-                self.touches
-                    .push(point, &(distance.gradient * (area * pressure)), forces);
-            }
-        }
-        energy
+/// A step: so much of that without contact, and forces on the points, three each.
+#[derive(Debug, Clone)]
+pub(super) struct Pushed {
+    pub(super) part: f64,
+    pub(super) forces: Vec<f64>,
+    /// How that moves the points.
+    moved: Vec<f64>,
+}
+
+/// A step, and what it comes to.
+#[derive(Debug, Clone)]
+struct At {
+    step: Pushed,
+    /// Of model and pressures.
+    energy: f64,
+    /// What pressures would have them be, less what they are: zero in balance.
+    free: Vec<f64>,
+    /// The length of the free forces on the unknowns.
+    off: f64,
+}
+
+impl Problem<'_> {
+    fn len(&self) -> usize {
+        self.places.len()
     }
 
-    /// The step `y` that balances the model's forces without depth, or as far as rounds and steps led towards it; pressures are those
+    fn area(&self, k: usize) -> f64 {
+        self.touches.area(self.near.points()[k])
+    }
+
+    fn with(&self, k: usize) -> usize {
+        self.touches.with(self.near.points()[k])
+    }
+
+    /// The distance of a point, left out where it presses neither by `pressure` nor by depth.
+    fn distance(&self, k: usize, moved: &[f64], pressure: f64) -> Option<Distance> {
+        let at = self.places[k] + Vector3::from_column_slice(&moved[3 * k..3 * k + 3]);
+        let most = if pressure > 0.0 { f64::INFINITY } else { 0.0 };
+        self.around.within(self.with(k), &at, most)
+    }
+
+    /// The work of `b` on a step.
+    fn work_of(&self, step: &Pushed) -> f64 {
+        step.part * self.work + dot(&step.forces, &self.free)
+    }
+
+    /// The length of forces on points, and of this part of `b`, as forces on the unknowns: patterns that push nothing have none.
+    fn length(&self, forces: &[f64], part: f64) -> f64 {
+        let mut own: Vec<f64> = self.own.iter().map(|b| part * b).collect();
+        self.touches.push_all(self.near.points(), forces, &mut own);
+        norm(&own).hypot(part * self.others)
+    }
+}
+
+impl Pushed {
+    /// No force, and this part of the step without contact: of that either nothing, or nothing is moved.
+    fn none(size: usize, part: f64) -> Self {
+        Self {
+            part,
+            forces: vec![0.0; size],
+            moved: vec![0.0; size],
+        }
+    }
+
+    /// `self + t step`.
+    fn plus(&self, step: &Self, t: f64) -> Self {
+        Self {
+            part: self.part + t * step.part,
+            forces: plus(&self.forces, &step.forces, t),
+            moved: plus(&self.moved, &step.moved, t),
+        }
+    }
+}
+
+impl Reduced {
+    /// The step that balances the model without depth, or as far as rounds and steps led towards it; pressures are those
     /// of the last round. `None` where it is not finite.
-    pub(super) fn solve(&mut self, model: &Model<'_>, v: &[f64], tube: &Tube, wanted: &Wanted) -> Option<Vec<f64>> {
-        let count = model.forces.len();
+    pub(super) fn solve(&mut self, problem: &Problem<'_>, wanted: &Wanted) -> Option<Pushed> {
+        let (count, w) = (problem.len(), problem.near.compliance());
+        let mean = w.trace() / (3 * count).max(1) as f64;
+        // Points that nothing moves have nothing to solve for.
+        if !(mean > 0.0 && mean.is_finite()) {
+            return (mean == 0.0).then(|| Pushed::none(3 * count, 1.0));
+        }
         // A stiffness of contact in the scale of what it presses: as soft as rounding lets it converge, as stiff as few rounds need.
-        let mean = model.stiffness.trace() / count.max(1) as f64;
-        let first = STIFFNESS_PART * mean / self.touches.mean_area();
+        let mean_area = (0..count).map(|k| problem.area(k)).sum::<f64>() / count as f64;
+        let first = STIFFNESS_PART / (mean * mean_area);
         self.stiffness = first;
-        let (mut y, mut last, mut force) = (vec![0.0; count], f64::INFINITY, wanted.force);
+        let mut at = self.evaluate(problem, Pushed::none(3 * count, 0.0));
+        let (mut last, mut force) = (f64::INFINITY, wanted.force);
         for _ in 0..MOST_ROUNDS {
-            let (floor, steps) = (self.rounding(v), self.steps);
+            let (floor, steps) = (self.rounding(problem), self.steps);
             // Forces that do not balance all the way still lead on: the energy of the whole decides how far.
-            if self.balance(model, v, tube, force.max(floor), &mut y).is_none() {
+            if self.balance(problem, force.max(floor), &mut at).is_none() {
                 break;
             }
-            let (change, depth) = self.update(&moved(v, &y, 1.0), tube);
+            let (change, depth) = self.update(problem, &at.step.moved);
             if change <= force.max(floor) && depth <= wanted.depth {
-                return Some(y);
+                break;
             }
             if self.steps == steps {
                 // Forces balance well enough for no step, but not for the depth.
@@ -98,100 +172,111 @@ impl Reduced {
                 self.stiffness *= STIFFENED;
             }
             last = change;
+            at = self.evaluate(problem, at.step);
         }
-        y.iter().all(|y| y.is_finite()).then_some(y)
+        at.step.forces.iter().all(|g| g.is_finite()).then_some(at.step)
     }
 
     /// What rounding leaves of the forces: of places, times the stiffness of contact.
-    fn rounding(&self, v: &[f64]) -> f64 {
+    fn rounding(&self, problem: &Problem<'_>) -> f64 {
         // Points that do not press have no forces to round.
-        let pressing = (0..self.touches.len()).filter(|point| self.pressures[*point] > 0.0);
-        let places = pressing.map(|point| (self.touches.area(point), self.touches.at(point, v).amax()));
+        let pressing = (0..problem.len()).filter(|k| self.pressures[*k] > 0.0);
+        let places = pressing.map(|k| (problem.area(k), problem.places[k].amax()));
         let (area, far) = places.fold((0.0, 0.0_f64), |(area, far), (a, x)| (area + a * a, far.max(x)));
         ROUNDINGS * f64::EPSILON * self.stiffness * far * area.sqrt()
     }
 
     /// Newton's method with these pressures.
-    fn balance(&mut self, model: &Model<'_>, v: &[f64], tube: &Tube, force: f64, y: &mut Vec<f64>) -> Option<()> {
-        let mut at = self.evaluate(model, v, tube, y);
+    fn balance(&mut self, problem: &Problem<'_>, force: f64, at: &mut At) -> Option<()> {
         for _ in 0..MOST_STEPS {
-            if norm(&at.1) <= force {
+            // No step at all would leave what contact has no part in, however little that is.
+            if at.off <= force && at.step.part > 0.0 {
                 return Some(());
             }
             // Forces that are small enough cost no step: rounds near the end are updates of pressures alone.
             self.steps += 1;
-            let step = self.newton(model, v, tube, y, &at.1)?;
-            let slope: f64 = -step.iter().zip(&at.1).map(|(s, f)| s * f).sum::<f64>();
-            let next = (0..MOST_HALVINGS as i32).find_map(|k| {
+            let step = self.newton(problem, at)?;
+            let slope = -problem.work_of(&step) * (1.0 - at.step.part) - dot(&at.free, &step.moved);
+            *at = (0..MOST_HALVINGS as i32).find_map(|k| {
                 let t = 0.5_f64.powi(k);
-                let moved = moved(y, &step, t);
-                let there = self.evaluate(model, v, tube, &moved);
+                let there = self.evaluate(problem, at.step.plus(&step, t));
                 // Near the end energies differ by rounding only: less force is enough there.
-                let lower = there.0 <= at.0 + 1e-4 * t * slope || norm(&there.1) <= 0.5 * norm(&at.1);
-                lower.then_some((moved, there))
-            });
-            (*y, at) = next?;
+                let lower = there.energy <= at.energy + 1e-4 * t * slope || there.off <= 0.5 * at.off;
+                lower.then_some(there)
+            })?;
         }
         None
     }
 
-    /// Energy and downhill forces of model and pressures.
-    fn evaluate(&self, model: &Model<'_>, v: &[f64], tube: &Tube, y: &[f64]) -> (f64, Vec<f64>) {
-        let mut forces = model.forces.to_vec();
-        let mut energy = 0.0;
-        // Column by column: the matrix is symmetric, and a column is one sum.
-        for (k, column) in model.stiffness.column_iter().enumerate() {
-            let held: f64 = column.iter().zip(y).map(|(s, y)| s * y).sum();
-            energy += y[k] * (0.5 * held - model.forces[k]);
-            forces[k] -= held;
+    /// Energy and free forces of model and pressures.
+    fn evaluate(&self, problem: &Problem<'_>, step: Pushed) -> At {
+        let Pushed { part, forces, moved } = &step;
+        let mut energy =
+            0.5 * dot(forces, moved) + (0.5 * part - 1.0) * (dot(forces, &problem.free) + part * problem.work);
+        let mut free: Vec<f64> = forces.iter().map(|g| -g).collect();
+        for (k, old) in self.pressures.iter().enumerate() {
+            let half = 0.5 * problem.area(k) / self.stiffness;
+            energy -= half * old * old;
+            let Some(distance) = problem.distance(k, moved, *old) else {
+                continue;
+            };
+            let pressure = (old - self.stiffness * distance.value).max(0.0);
+            energy += half * pressure * pressure;
+            let pushed = distance.gradient * (problem.area(k) * pressure);
+            (0..3).for_each(|c| free[3 * k + c] += pushed[c]);
         }
-        energy += self.energy(&moved(v, y, 1.0), tube, &mut forces);
-        (energy, forces)
+        At {
+            off: problem.length(&free, 1.0 - part),
+            step,
+            energy,
+            free,
+        }
     }
 
     /// Newton's step: with the bend of the tube, or where that leaves no definite matrix without it.
-    fn newton(&mut self, model: &Model<'_>, v: &[f64], tube: &Tube, y: &[f64], forces: &[f64]) -> Option<Vec<f64>> {
-        let at = moved(v, y, 1.0);
-        for bent in [true, false] {
-            self.matrix.clone_from(model.stiffness);
-            for (point, old) in self.pressures.iter().enumerate() {
-                let distance = self.touches.distance(point, &at, tube);
-                let pressure = old - self.stiffness * distance.value;
-                if pressure > 0.0 {
-                    let normal: Vector3<f64> = distance.gradient;
-                    let mut own = normal * normal.transpose() * self.stiffness;
-                    if bent {
-                        own -= distance.hessian * pressure;
-                    }
-                    let own = own * self.touches.area(point);
-                    self.touches.stiffen(point, &own, &mut self.matrix);
-                }
-            }
-            if self.dense.factor(&self.matrix) {
-                let mut step = forces.to_vec();
-                self.dense.solve(&mut step);
-                return Some(step);
-            }
-        }
-        None
+    fn newton(&mut self, problem: &Problem<'_>, at: &At) -> Option<Pushed> {
+        let (pressures, stiffness) = (&self.pressures, self.stiffness);
+        let pressing = || {
+            pressures.iter().enumerate().filter_map(|(k, old)| {
+                let distance = problem.distance(k, &at.step.moved, *old)?;
+                let pressure = old - stiffness * distance.value;
+                let area = problem.area(k);
+                (pressure > 0.0).then_some((k, distance, area * stiffness, area * pressure))
+            })
+        };
+        let pressed = &mut self.pressed;
+        let definite = |bent: &bool| pressed.take(pressing(), *bent, problem.near.compliance());
+        [true, false].iter().any(definite).then(|| {
+            let part = 1.0 - at.step.part;
+            let (mut forces, mut moved) = (at.free.clone(), problem.near.moved(&at.free));
+            moved.iter_mut().zip(&problem.free).for_each(|(m, d)| *m += part * d);
+            self.pressed.hold(&mut forces, &mut moved);
+            Pushed { part, forces, moved }
+        })
     }
 
     /// Pressures become what the depths made of them: the length of the change of the forces, and the depth.
-    fn update(&mut self, v: &[f64], tube: &Tube) -> (f64, f64) {
-        let (mut forces, mut depth) = (vec![0.0; v.len()], 0.0_f64);
-        for (point, pressure) in self.pressures.iter_mut().enumerate() {
-            let distance = self.touches.distance(point, v, tube);
+    fn update(&mut self, problem: &Problem<'_>, moved: &[f64]) -> (f64, f64) {
+        let (mut changes, mut depth) = (vec![0.0; moved.len()], 0.0_f64);
+        for (k, pressure) in self.pressures.iter_mut().enumerate() {
+            let Some(distance) = problem.distance(k, moved, *pressure) else {
+                continue;
+            };
             let new = (*pressure - self.stiffness * distance.value).max(0.0);
-            let more = distance.gradient * ((new - *pressure) * self.touches.area(point));
-            self.touches.push(point, &more, &mut forces);
+            let more = distance.gradient * ((new - *pressure) * problem.area(k));
+            changes[3 * k..3 * k + 3].copy_from_slice(more.as_slice());
             *pressure = new;
             depth = depth.max(-distance.value);
         }
-        (norm(&forces), depth)
+        (problem.length(&changes, 0.0), depth)
     }
 }
 
-/// `v + t y`.
-fn moved(v: &[f64], y: &[f64], t: f64) -> Vec<f64> {
-    v.iter().zip(y).map(|(v, y)| v + t * y).collect()
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `a + t b`.
+fn plus(a: &[f64], b: &[f64], t: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + t * b).collect()
 }

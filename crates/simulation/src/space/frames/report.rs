@@ -30,12 +30,14 @@ pub enum Refused {
     /// A problem of contact without an answer.
     #[error("the forces of contact do not settle")]
     NoContact,
-    /// The tube came so deep that a point might leave on the other side.
-    #[error("a point is {depth:.3} mm deep in the tube; deeper than {most:.3} mm it might leave on the other side")]
+    /// A point came so deep into the tube, or bone, that it might leave on the other side.
+    #[error(
+        "a point is {depth:.3} mm deep in the tube or bone; deeper than {most:.3} mm it might leave on the other side"
+    )]
     TooDeep {
         /// Depth, mm.
         depth: f64,
-        /// Half the tube's radius.
+        /// Half the radius.
         most: f64,
     },
     /// The tube is in tissue where no contact was prepared.
@@ -44,24 +46,24 @@ pub enum Refused {
         /// The deepest point, mm.
         depth: f64,
     },
-    /// The tube has come through the surface between its points.
+    /// The tube, or bone, has come through the surface between its points.
     #[error(
-        "a point inside the tissue is {depth:.3} mm deep in the tube; more than {most:.3} mm says that it has come through the surface between its points"
+        "a point inside the tissue is {depth:.3} mm deep in the tube or bone; more than {most:.3} mm says that this has come through the surface between its points"
     )]
     Through {
         /// The deepest point inside, mm.
         depth: f64,
-        /// The most, a fifth of the tube's radius.
+        /// The most, a fifth of the radius.
         most: f64,
     },
-    /// Points of the surface are so far apart that the tube may lie between them.
+    /// Points of the surface are so far apart that the tube, or bone, may lie between them.
     #[error(
-        "points of the surface at the tube are {gap:.3} mm from the middle between them; the tube may lie unseen there, more than {most:.3} mm are too many"
+        "points of the surface at the tube or bone are {gap:.3} mm from the middle between them; that may lie unseen there, more than {most:.3} mm are too many"
     )]
     TooCoarse {
         /// The widest gap, mm.
         gap: f64,
-        /// The most, half the tube's radius.
+        /// The most, half the radius.
         most: f64,
     },
 }

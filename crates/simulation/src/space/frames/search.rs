@@ -1,6 +1,7 @@
 //! Steps to the state that a pose of the tube asks for.
 
-use super::reduced::{Model, Wanted};
+use super::around::Around;
+use super::reduced::Wanted;
 use super::report::Refused;
 use super::{Evaluated, Frames, norm};
 use crate::control::Potential;
@@ -102,7 +103,7 @@ impl Frames {
             (self.now.a, self.now.at, v) = (next.a, next.at, next.v);
             self.now.pressures = next.pressures;
             found.residual = free / self.scale;
-            found.depth = self.contact.off(&self.now.pressures, &v, tube);
+            found.depth = self.contact.off(&self.now.pressures, &v, &self.around(tube));
             if found.residual <= self.settings.tolerance && found.depth <= self.settings.depth {
                 break;
             }
@@ -126,14 +127,9 @@ impl Frames {
         self.stale && self.renew()
     }
 
-    /// One step: down to the root, contact there, and back.
+    /// One step: that without contact, contact by the compliance of the points at the tube, and the step of its forces.
     fn step(&mut self, tube: &Tube, v: &[f64], last: f64) -> Result<Next, Refused> {
-        let (ldl, settings) = (&self.factors.now.ldl, &self.settings);
-        let reduced = ldl.reduce(&self.now.at.forces);
-        let model = Model {
-            stiffness: ldl.root().1,
-            forces: reduced.on_root(),
-        };
+        let settings = &self.settings;
         // What is still far from its end needs no exact forces of contact.
         let part = settings.tolerance.max(FAR_PART * last.min(self.scale) / self.scale);
         let wanted = Wanted {
@@ -143,11 +139,13 @@ impl Frames {
         };
         // They are what a step starts from; what becomes of them is the step's.
         let mut pressures = self.now.pressures.clone();
-        let solved = self
-            .contact
-            .solve(&model, self.factors.number, &mut pressures, v, tube, &wanted);
-        let y = solved.ok_or(Refused::NoContact)?;
-        let step = ldl.back(&reduced, &y);
+        let around = Around {
+            tube,
+            bones: &self.bones,
+        };
+        let (factor, forces) = (&mut self.factors.now, &self.now.at.forces);
+        let solved = self.contact.solve(factor, forces, &mut pressures, v, &around, &wanted);
+        let step = solved.ok_or(Refused::NoContact)?;
         // Mixed in the space of whole steps: each is a step of the same map from states to states, as the factor does not change meanwhile.
         let mixed = self.mix.next(&self.now.a, &step, &pressures);
         self.line(tube, v, (step, pressures), mixed, last)
@@ -157,7 +155,8 @@ impl Frames {
     /// The first of the mixed step, the whole one and its halves that lowers energy and depths together; or that halves the free
     /// forces, where these hardly differ.
     fn line(&self, tube: &Tube, v: &[f64], whole: Step, mixed: Option<Step>, last: f64) -> Option<Next> {
-        let cost = |v: &[f64]| self.contact.cost(&whole.1, v, tube);
+        let around = self.around(tube);
+        let cost = |v: &[f64]| self.contact.cost(&whole.1, v, &around);
         let start = self.now.at.energy + cost(v);
         let lower = start + ENERGY_ROUNDING * start.abs();
         // Nor does the work of forces count that may be left free.
@@ -166,9 +165,9 @@ impl Frames {
         let tries = mixed.iter().map(|mixed| (1.0, mixed)).chain(halves);
         tries.into_iter().find_map(|(t, (step, pressures))| {
             let a: Vec<f64> = self.now.a.iter().zip(step).map(|(a, s)| a + t * s).collect();
-            let next = self.look_at(a, pressures, tube, t)?;
+            let next = self.look_at(a, pressures, &around, t)?;
             let way: Vec<f64> = next.v.iter().zip(v).map(|(next, v)| next - v).collect();
-            if self.contact.passes(v, &way, tube) {
+            if self.contact.passes(v, &way, &around) {
                 return None;
             }
             let energy = next.at.energy + cost(&next.v);
@@ -177,12 +176,12 @@ impl Frames {
     }
 
     /// A state with its forces.
-    fn look_at(&self, a: Vec<f64>, pressures: &[f64], tube: &Tube, part: f64) -> Option<Next> {
+    fn look_at(&self, a: Vec<f64>, pressures: &[f64], around: &Around<'_>, part: f64) -> Option<Next> {
         let at = Evaluated::of(&self.system, &a)?;
         let mut v = Vec::new();
         self.contact.touches.take(&a, &mut v);
         let mut pushed = vec![0.0; v.len()];
-        self.contact.push(pressures, &v, tube, &mut pushed);
+        self.contact.push(pressures, &v, around, &mut pushed);
         let mut free = at.forces.clone();
         self.contact.touches.add(&pushed, &mut free);
         Some(Next {

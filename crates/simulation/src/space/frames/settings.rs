@@ -51,9 +51,9 @@ pub enum NoFrames {
         /// How many.
         found: usize,
     },
-    /// Contact with bone or of organs.
-    #[error("the system has {found} contacts with bone or of organs, which frames do not settle yet: use `settle`")]
-    Contacts {
+    /// Contact between organs.
+    #[error("the system has {found} contacts between organs, which frames do not settle yet: use `settle`")]
+    Organs {
         /// How many.
         found: usize,
     },
@@ -91,14 +91,14 @@ pub enum NoFrames {
         /// Numbers of the system.
         expected: usize,
     },
-    /// The tube begins in tissue.
+    /// The tube, or bone, begins in tissue.
     #[error(
-        "at the start a point of the tissue is {depth:.3} mm deep in the tube; {most:.3} mm are the most that leads out again"
+        "at the start a point of the tissue is {depth:.3} mm deep in the tube or bone; {most:.3} mm are the most that leads out again"
     )]
     TooDeep {
         /// Depth, mm.
         depth: f64,
-        /// Half the tube's radius.
+        /// Half the radius, of a point of the surface; a fifth of one inside.
         most: f64,
     },
     /// No point of the surface is wanted.

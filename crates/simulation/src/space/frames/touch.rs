@@ -1,17 +1,20 @@
-//! Points of a surface that a tube may touch, as functions of the unknowns of the nodes that move them.
+//! Points of surfaces that may touch a tube or bone, as functions of the unknowns of the nodes that move them.
 
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::Vector3;
 
+use super::around::Around;
 use super::settings::NoFrames;
 use crate::space::system::System;
-use crate::space::tube::{Distance, Tube};
+use crate::space::term::ObstacleContact;
+use crate::space::tube::Distance;
 
-/// A point, its area in the reference configuration, and where its nodes begin.
+/// A point: its place and area in the reference configuration, where its nodes begin, and what it may touch.
 #[derive(Debug, Clone, Copy)]
 struct Touch {
     at: Vector3<f64>,
     area: f64,
     first: usize,
+    with: usize,
 }
 
 /// Points and the nodes that move them: `at + sum of weights times displacements`.
@@ -27,73 +30,57 @@ pub(super) struct Touches {
 }
 
 impl Touches {
-    /// Points of a solid for which `wanted(reference place, normal)` holds.
+    /// Points of a solid for which `wanted(reference place, normal)` holds, which may touch the tube, and those of contacts with bones.
     pub(super) fn new(
         system: &System,
         body: usize,
         wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+        bones: &[ObstacleContact],
     ) -> Result<Self, NoFrames> {
-        let (solid, offset) = (system.bodies.solid(body), system.bodies.offset(body));
-        let (mut points, mut global) = (Vec::new(), Vec::new());
-        for point in 0..solid.points() {
-            let (at, normal, area) = solid.reference(point);
-            if wanted(&at, &normal) {
-                // Weights of zero would tie nodes to the root that nothing moves.
-                let row = solid.combination(point).ok_or(NoFrames::NotNodal { body, point })?;
-                let first = global.len();
-                global.extend(row.iter().filter(|(_, weight)| *weight != 0.0));
-                points.push(Touch { at, area, first });
-            }
+        let solid = system.bodies.solid(body);
+        let all = (0..solid.points()).filter(|point| {
+            let (at, normal, _) = solid.reference(*point);
+            wanted(&at, &normal)
+        });
+        let mut found = Self::default();
+        // Nodes by their first unknown among all, until all are known.
+        let mut global = Vec::new();
+        for point in all {
+            found.add_point(system, [body, point, 0], &mut global)?;
         }
-        let mut nodes: Vec<u32> = global.iter().map(|(node, _)| *node).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        if points.is_empty() {
+        if found.points.is_empty() {
             return Err(NoFrames::NoPoint { body });
         }
-        // Nodes in ascending order: their unknowns lie in the root as they do in the system.
-        let rows = global
-            .iter()
-            .map(|(node, weight)| (nodes.partition_point(|n| n < node) as u32, *weight));
-        let rows = rows.collect();
-        let nodes: Vec<usize> = nodes.iter().map(|n| offset + 3 * *n as usize).collect();
-        let each = nodes.iter().flat_map(|n| *n..n + 3);
-        Ok(Self {
-            free: each.map(|i| if system.fixed[i] { 0.0 } else { 1.0 }).collect(),
-            nodes,
-            points,
-            rows,
-        })
+        for (number, bone) in bones.iter().enumerate() {
+            for (point, _) in bone.points() {
+                found.add_point(system, [bone.body(), point, number + 1], &mut global)?;
+            }
+        }
+        found.nodes = global.iter().map(|(node, _)| *node).collect();
+        found.nodes.sort_unstable();
+        found.nodes.dedup();
+        let number = |node: &usize| found.nodes.partition_point(|n| n < node) as u32;
+        found.rows = global.iter().map(|(node, weight)| (number(node), *weight)).collect();
+        let each = found.nodes.iter().flat_map(|n| *n..n + 3);
+        found.free = each.map(|i| if system.fixed[i] { 0.0 } else { 1.0 }).collect();
+        Ok(found)
     }
 
-    /// Some of the points alone, and the nodes (numbered as here) that move them.
-    pub(super) fn only(&self, points: &[usize]) -> (Self, Vec<usize>) {
-        let rows = points.iter().flat_map(|point| self.row(*point));
-        let mut nodes: Vec<usize> = rows.map(|(node, _)| *node as usize).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        let mut only = Self {
-            nodes: nodes.iter().map(|n| self.nodes[*n]).collect(),
-            free: nodes
-                .iter()
-                .flat_map(|n| &self.free[3 * n..3 * n + 3])
-                .copied()
-                .collect(),
-            points: Vec::with_capacity(points.len()),
-            rows: Vec::new(),
-        };
-        // Areas and reference places are those of the point, rows those of fewer nodes.
-        for point in points {
-            let first = only.rows.len();
-            let row = self.row(*point).iter();
-            only.rows
-                .extend(row.map(|(node, weight)| (nodes.partition_point(|n| n < &(*node as usize)) as u32, *weight)));
-            only.points.push(Touch {
-                first,
-                ..self.points[*point]
-            });
-        }
-        (only, nodes)
+    fn add_point(
+        &mut self,
+        system: &System,
+        [body, point, with]: [usize; 3],
+        global: &mut Vec<(usize, f64)>,
+    ) -> Result<(), NoFrames> {
+        let (solid, offset) = (system.bodies.solid(body), system.bodies.offset(body));
+        let (at, _, area) = solid.reference(point);
+        let row = solid.combination(point).ok_or(NoFrames::NotNodal { body, point })?;
+        let first = global.len();
+        // Weights of zero would name nodes that nothing moves.
+        let moving = row.iter().filter(|(_, weight)| *weight != 0.0);
+        global.extend(moving.map(|(node, weight)| (offset + 3 * *node as usize, *weight)));
+        self.points.push(Touch { at, area, first, with });
+        Ok(())
     }
 
     /// How many points.
@@ -101,14 +88,19 @@ impl Touches {
         self.points.len()
     }
 
-    /// How many nodes move them.
-    pub(super) fn nodes(&self) -> usize {
-        self.nodes.len()
+    /// The pressures that contacts with bones had, as a first guess; none at the tube.
+    pub(super) fn pressures(&self, bones: &[ObstacleContact]) -> Vec<f64> {
+        let of_bones = bones
+            .iter()
+            .flat_map(ObstacleContact::points)
+            .map(|(_, pressure)| pressure);
+        let tube = self.points.iter().take_while(|point| point.with == 0);
+        tube.map(|_| 0.0).chain(of_bones).collect()
     }
 
-    /// Their unknowns, in the order in which vectors here have them.
-    pub(super) fn unknowns(&self) -> Vec<usize> {
-        self.nodes.iter().flat_map(|n| *n..n + 3).collect()
+    /// How many unknowns the nodes have, which vectors here are of.
+    pub(super) fn unknowns(&self) -> usize {
+        3 * self.nodes.len()
     }
 
     /// These unknowns among all.
@@ -129,12 +121,8 @@ impl Touches {
         self.points[point].area
     }
 
-    /// The mean area of a point.
-    pub(super) fn mean_area(&self) -> f64 {
-        self.points.iter().map(|p| p.area).sum::<f64>() / self.points.len().max(1) as f64
-    }
-
-    fn row(&self, point: usize) -> &[(u32, f64)] {
+    /// The nodes that move points, and their weights.
+    pub(super) fn row(&self, point: usize) -> &[(u32, f64)] {
         let end = self.points.get(point + 1).map_or(self.rows.len(), |next| next.first);
         &self.rows[self.points[point].first..end]
     }
@@ -154,9 +142,53 @@ impl Touches {
         at
     }
 
-    /// Its distance to a tube.
-    pub(super) fn distance(&self, point: usize, v: &[f64], tube: &Tube) -> Distance {
-        tube.signed_distance(&self.at(point, v))
+    /// What it may touch, by the number that [`Around`] has for that.
+    pub(super) fn with(&self, point: usize) -> usize {
+        self.points[point].with
+    }
+
+    /// Its distance to that.
+    pub(super) fn distance(&self, point: usize, v: &[f64], around: &Around<'_>) -> Distance {
+        around.distance(self.with(point), &self.at(point, v))
+    }
+
+    /// The same, left out where it is certainly above `most`.
+    pub(super) fn within(&self, point: usize, v: &[f64], around: &Around<'_>, most: f64) -> Option<Distance> {
+        around.within(self.with(point), &self.at(point, v), most)
+    }
+
+    /// Adds forces on some of the points, three each.
+    pub(super) fn push_all(&self, points: &[usize], each: &[f64], forces: &mut [f64]) {
+        for (point, force) in points.iter().zip(each.chunks_exact(3)) {
+            // Most do not press.
+            if force.iter().any(|f| *f != 0.0) {
+                self.push(*point, &Vector3::from_column_slice(force), forces);
+            }
+        }
+    }
+
+    /// The nodes of some of the points, ascending.
+    pub(super) fn nodes_of(&self, points: &[usize]) -> Vec<u32> {
+        let rows = points.iter().flat_map(|point| self.row(*point));
+        let mut nodes: Vec<u32> = rows.map(|(node, _)| *node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    /// An unknown of a node among all, with weight 1; none where it is held.
+    pub(super) fn unknown(&self, node: u32, component: usize) -> Option<(u32, f64)> {
+        let free = self.free[3 * node as usize + component] > 0.0;
+        free.then(|| ((self.nodes[node as usize] + component) as u32, 1.0))
+    }
+
+    /// The free unknowns of all that are summed in a component of its place, with their weights.
+    pub(super) fn combination(&self, point: usize, component: usize) -> impl Iterator<Item = (u32, f64)> {
+        let each = self.row(point).iter().map(move |(node, weight)| {
+            let k = 3 * *node as usize + component;
+            ((self.nodes[*node as usize] + component) as u32, weight * self.free[k])
+        });
+        each.filter(|(_, weight)| *weight != 0.0)
     }
 
     /// Adds a force on a point to those on its free unknowns.
@@ -164,24 +196,6 @@ impl Touches {
         for (node, weight) in self.row(point) {
             let first = 3 * *node as usize;
             (0..3).for_each(|k| forces[first + k] += weight * force[k] * self.free[first + k]);
-        }
-    }
-
-    /// Adds the stiffness of a point to the lower triangle of a matrix of the unknowns.
-    pub(super) fn stiffen(&self, point: usize, stiffness: &nalgebra::Matrix3<f64>, matrix: &mut DMatrix<f64>) {
-        // Nodes are in ascending order within a row: blocks with `i >= j` are those on and below the diagonal.
-        let row = self.row(point);
-        for (i, (node, weight)) in row.iter().enumerate() {
-            for (other, by) in &row[..=i] {
-                let (node, other) = (3 * *node.max(other) as usize, 3 * *node.min(other) as usize);
-                let product = weight * by;
-                for l in 0..3 {
-                    let product = product * self.free[other + l];
-                    for k in 0..3 {
-                        matrix[(node + k, other + l)] += product * self.free[node + k] * stiffness[(k, l)];
-                    }
-                }
-            }
         }
     }
 }

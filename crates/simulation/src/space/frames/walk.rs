@@ -90,11 +90,12 @@ impl Frames {
         let (mut v, mut moved) = (Vec::new(), Vec::new());
         self.contact.touches.take(&self.now.a, &mut v);
         self.contact.touches.take(&a, &mut moved);
-        let cost = |v: &[f64]| self.contact.cost(&self.now.pressures, v, next);
+        let around = self.around(next);
+        let cost = |v: &[f64]| self.contact.cost(&self.now.pressures, v, &around);
         let way: Vec<f64> = moved.iter().zip(&v).map(|(moved, v)| moved - v).collect();
         // A guess is taken only where it is better than to begin where the last frame ended.
         let lower = at.energy + cost(&moved) < self.now.at.energy + cost(&v);
-        if lower && !self.contact.passes(&v, &way, next) {
+        if lower && !self.contact.passes(&v, &way, &around) {
             (self.now.a, self.now.at, self.stale) = (a, at, true);
         }
     }
@@ -106,11 +107,13 @@ impl Frames {
         if (at_once || self.settings.delay == 0) && old {
             self.renew();
         } else if (old || self.slow) && !self.factors.is_waiting() {
-            self.factors.ask(
-                &self.system,
-                &self.now.a,
-                self.frame.saturating_add(self.settings.delay.max(1) as u64),
-            );
+            let mut v = Vec::new();
+            self.contact.touches.take(&self.now.a, &mut v);
+            let points = self
+                .contact
+                .around(&self.now.pressures, &v, &self.around(&self.now.tube));
+            let due = self.frame.saturating_add(self.settings.delay.max(1) as u64);
+            self.factors.ask(&self.system, &self.now.a, points, due);
             self.ways[1] = 0.0;
         }
     }

@@ -3,10 +3,11 @@
 use nalgebra::Vector3;
 
 use super::Frames;
+use super::around::Around;
 use super::report::Refused;
 use crate::space::solid::Inner;
 use crate::space::system::System;
-use crate::space::term::{DEEPEST_PART, MOST_INSIDE, TubeForce, gap_at};
+use crate::space::term::{ContactForce, DEEPEST_PART, MOST_INSIDE, SEEN_AT, TubeForce, gap_at};
 use crate::space::tube::Tube;
 
 /// Points of surfaces where no contact is prepared, and the area that each stands for; and points inside solids.
@@ -31,13 +32,15 @@ impl Others {
         }
     }
 
-    /// The deepest that a point inside a solid is in a tube, mm; 0 where none is.
-    fn inside(&self, system: &System, a: &[f64], tube: &Tube) -> f64 {
+    /// The deepest that a point inside solids is in what has a number, mm; 0 where none is. In a tube points of all, in bone of the solid that may touch it.
+    fn inside(&self, system: &System, a: &[f64], around: &Around<'_>, number: usize) -> f64 {
+        let own = |body: usize| number == 0 || around.bones[number - 1].body() == body;
         let depth = |(body, inner): &(usize, Inner)| {
             let at = inner.place(system.bodies.part(*body, a));
-            -tube.signed_distance(&at).value
+            around.within(number, &at, 0.0).map_or(0.0, |distance| -distance.value)
         };
-        self.inner.iter().map(depth).fold(0.0, f64::max)
+        let inner = self.inner.iter().filter(|(body, _)| own(*body));
+        inner.map(depth).fold(0.0, f64::max)
     }
 
     /// How deep a tube is in surfaces where no contact is prepared, and the widest gap between their points at it, mm; 0 where none is.
@@ -59,33 +62,41 @@ impl Frames {
         if deep > self.settings.depth {
             return Err(Refused::OutOfReach { depth: deep });
         }
-        let most = DEEPEST_PART * tube.least_radius();
-        let touches = &self.contact.touches;
-        let distances = (0..touches.len()).map(|point| (touches.area(point), touches.distance(point, v, tube).value));
-        let (mut depth, mut gap) = (0.0_f64, wide);
-        for (area, distance) in distances {
-            (depth, gap) = (depth.max(-distance), gap.max(gap_at(area, distance)));
+        let (touches, around) = (&self.contact.touches, self.around(tube));
+        // Depth and gap by what points are at.
+        let mut found = vec![(0.0_f64, 0.0_f64); 1 + self.bones.len()];
+        found[0].1 = wide;
+        for point in 0..touches.len() {
+            let area = touches.area(point);
+            if let Some(distance) = touches.within(point, v, &around, SEEN_AT * area.sqrt()) {
+                let (depth, gap) = &mut found[touches.with(point)];
+                (*depth, *gap) = (depth.max(-distance.value), gap.max(gap_at(area, distance.value)));
+            }
         }
-        if depth > most {
-            return Err(Refused::TooDeep { depth, most });
-        }
-        if gap > most {
-            return Err(Refused::TooCoarse { gap, most });
+        for (number, (depth, gap)) in found.into_iter().enumerate() {
+            let most = DEEPEST_PART * around.rigid(number).radius();
+            if depth > most {
+                return Err(Refused::TooDeep { depth, most });
+            }
+            if gap > most {
+                return Err(Refused::TooCoarse { gap, most });
+            }
         }
         Ok(())
     }
 
-    /// Refuses a state in which tissue is in the tube though its surface is not: the tube has come through between points, which press
+    /// Refuses a state in which tissue is in the tube or bone though its surface is not: that has come through between points, which press
     /// on it no more.
     pub(super) fn look_inside(&self, tube: &Tube, a: &[f64]) -> Result<(), Refused> {
-        let (depth, most) = (
-            self.others.inside(&self.system, a, tube),
-            MOST_INSIDE * DEEPEST_PART * tube.least_radius(),
-        );
-        if depth > most {
-            return Err(Refused::Through { depth, most });
-        }
-        Ok(())
+        let around = self.around(tube);
+        (0..=self.bones.len()).try_for_each(|number| {
+            let depth = self.others.inside(&self.system, a, &around, number);
+            let most = MOST_INSIDE * DEEPEST_PART * around.rigid(number).radius();
+            match depth > most {
+                true => Err(Refused::Through { depth, most }),
+                false => Ok(()),
+            }
+        })
     }
 
     /// The work of the tube on its way from one pose to where it is, by the mean of its forces.
@@ -98,27 +109,40 @@ impl Frames {
 
     /// What the tissue does to the tube, by the pressures of the last frame.
     pub fn force(&self) -> TubeForce {
-        let mut v = Vec::new();
-        let (contact, tube) = (&self.contact, &self.now.tube);
-        contact.touches.take(&self.now.a, &mut v);
-        let origin = tube.pose().translation.vector;
-        let mut sum = TubeForce {
+        self.force_on(0)
+    }
+
+    /// What the tissue does to bone `bone`, counted as in [`System::obstacles`], by the pressures of the last frame; moments are about the origin of all places.
+    /// `None` where there is no such bone.
+    pub fn bone_force(&self, bone: usize) -> Option<ContactForce> {
+        (bone < self.bones.len()).then(|| self.force_on(bone + 1))
+    }
+
+    fn force_on(&self, number: usize) -> ContactForce {
+        let (mut v, touches) = (Vec::new(), &self.contact.touches);
+        touches.take(&self.now.a, &mut v);
+        let around = self.around(&self.now.tube);
+        let origin = around.rigid(number).centre();
+        let mut sum = ContactForce {
             force: Vector3::zeros(),
             moment: Vector3::zeros(),
             points: 0,
             area: 0.0,
             depth: 0.0,
         };
-        for point in 0..contact.touches.len() {
-            let at = contact.touches.at(point, &v);
-            let distance = tube.signed_distance(&at);
+        for point in (0..touches.len()).filter(|point| touches.with(*point) == number) {
+            let pressure = self.now.pressures[point];
+            let most = if pressure > 0.0 { f64::INFINITY } else { 0.0 };
+            let Some(distance) = touches.within(point, &v, &around, most) else {
+                continue;
+            };
             sum.depth = sum.depth.max(-distance.value);
             // By the pressures, not by depths: at the end there are none.
-            if self.now.pressures[point] > 0.0 {
-                let area = contact.touches.area(point);
-                let on_tube = distance.gradient * (-area * self.now.pressures[point]);
-                sum.force += on_tube;
-                sum.moment += (at - origin).cross(&on_tube);
+            if pressure > 0.0 {
+                let area = touches.area(point);
+                let on_it = distance.gradient * (-area * pressure);
+                sum.force += on_it;
+                sum.moment += (touches.at(point, &v) - origin).cross(&on_it);
                 sum.points += 1;
                 sum.area += area;
             }

@@ -55,6 +55,16 @@ impl<R: Rigid> RigidContact<R> {
         })
     }
 
+    /// The solid whose points it is of.
+    pub(in crate::space) fn body(&self) -> usize {
+        self.body
+    }
+
+    /// Its points, and their pressures.
+    pub(in crate::space) fn points(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.pressures.touches.iter().map(|touch| (touch.point, touch.pressure))
+    }
+
     /// What the contact is with.
     pub fn rigid(&self) -> &R {
         &self.rigid

@@ -1,0 +1,114 @@
+//! Points held by springs, by the compliance of what they press: `(S + B^T K B) y = B^T f` by `W = B S^-1 B^T` alone.
+//!
+//! With `K = sum of k d d^T` over a few directions `d` of points, `q = (K^-1 + D^T W D)^-1 D^T W f` are the forces of the springs, and `B y = W (f - D q)`
+//! (Woodbury): as many equations as there are directions. By Haynsworth's law of inertia `S + B^T K B` is positive definite where that
+//! matrix has as many negative eigenvalues as there are negative springs; these come last, so that the signs of pivots tell.
+
+use nalgebra::{DMatrix, Matrix2, Vector3};
+
+use crate::space::tube::Distance;
+use crate::sparse::Dense;
+
+/// Bends below this part of a spring along the normal change nothing that could be seen.
+const SMALL_PART: f64 = 1e-9;
+
+/// Springs along directions of points.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Pressed {
+    /// Point, direction, stiffness: those above zero first.
+    springs: Vec<(usize, Vector3<f64>, f64)>,
+    positive: usize,
+    first: Dense,
+    last: Dense,
+    /// `W D`.
+    moved: DMatrix<f64>,
+    matrix: DMatrix<f64>,
+}
+
+impl Pressed {
+    /// Springs of points: `(point, distance, stiffness along the normal, force)`; where `bent`, with those of the normal's turn under that force.
+    /// False where the whole is not positive definite.
+    pub(super) fn take(
+        &mut self,
+        points: impl Iterator<Item = (usize, Distance, f64, f64)>,
+        bent: bool,
+        w: &DMatrix<f64>,
+    ) -> bool {
+        self.springs.clear();
+        let mut negative = Vec::new();
+        for (point, distance, stiffness, force) in points {
+            self.springs.push((point, distance.gradient, stiffness));
+            if bent {
+                for (direction, curvature) in bends(&distance) {
+                    let spring = (point, direction, -force * curvature);
+                    if spring.2 > SMALL_PART * stiffness {
+                        self.springs.push(spring);
+                    } else if spring.2 < -SMALL_PART * stiffness {
+                        negative.push(spring);
+                    }
+                }
+            }
+        }
+        self.positive = self.springs.len();
+        self.springs.extend(negative);
+        self.factor(w)
+    }
+
+    fn factor(&mut self, w: &DMatrix<f64>) -> bool {
+        let count = self.springs.len();
+        self.moved = DMatrix::zeros(w.nrows(), count);
+        for ((point, d, _), mut moved) in self.springs.iter().zip(self.moved.column_iter_mut()) {
+            moved.copy_from(&(w.columns(3 * point, 3) * d));
+        }
+        self.matrix = DMatrix::from_fn(count, count, |i, j| {
+            let (point, d, stiffness) = &self.springs[i];
+            let own = if i == j { 1.0 / stiffness } else { 0.0 };
+            own + d.dot(&self.moved.fixed_view::<3, 1>(3 * point, j))
+        });
+        if !self.first.eliminate(&self.matrix, self.positive) {
+            return false;
+        }
+        // What is left on the negative ones is negative definite.
+        self.first.rest(&mut self.matrix);
+        self.matrix.neg_mut();
+        self.last.factor(&self.matrix)
+    }
+
+    /// What the springs leave of forces `f` on points, which alone move these by `moved = W f`: takes `D q` from `f`, and `W D q` from `moved`.
+    pub(super) fn hold(&self, f: &mut [f64], moved: &mut [f64]) {
+        let along = |(point, d, _): &(usize, Vector3<f64>, f64)| {
+            d.dot(&Vector3::from_column_slice(&moved[3 * point..3 * point + 3]))
+        };
+        let mut q: Vec<f64> = self.springs.iter().map(along).collect();
+        self.first.forward(&mut q);
+        let last = &mut q[self.positive..];
+        last.iter_mut().for_each(|q| *q = -*q);
+        self.last.solve(last);
+        self.first.back(&mut q);
+        for (((point, d, _), column), q) in self.springs.iter().zip(self.moved.column_iter()).zip(&q) {
+            (0..3).for_each(|k| f[3 * point + k] -= d[k] * q);
+            moved.iter_mut().zip(column.iter()).for_each(|(m, c)| *m -= c * q);
+        }
+    }
+}
+
+/// The principal directions of a surface, and its curvatures.
+fn bends(distance: &Distance) -> [(Vector3<f64>, f64); 2] {
+    let normal = distance.gradient;
+    // The axis that the normal is least along: never parallel to it. Without a normal there is no direction, and no spring.
+    let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0));
+    let one = across.try_normalize(0.0).unwrap_or_default();
+    let two = normal.cross(&one);
+    let entry = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(distance.hessian * b));
+    let eigen = Matrix2::new(
+        entry(&one, &one),
+        entry(&one, &two),
+        entry(&one, &two),
+        entry(&two, &two),
+    )
+    .symmetric_eigen();
+    [0, 1].map(|k| {
+        let v = eigen.eigenvectors.column(k);
+        (one * v[0] + two * v[1], eigen.eigenvalues[k])
+    })
+}
