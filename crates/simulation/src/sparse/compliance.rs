@@ -93,18 +93,18 @@ impl Ldl {
                 x[reached.row(s, s.place(*unknown)) * count + k] += weight;
             }
         }
-        let (mut pivots, mut below) = (Vec::with_capacity(reached.size), Vec::new());
+        let (mut pivots, mut below, mut panel) = (Vec::with_capacity(reached.size), Vec::new(), Vec::new());
         for &(number, start) in &reached.fronts {
             let front = &s.fronts[number];
-            let panel = &self.factor[front.panel()];
+            self.store.columns(front, number, &mut panel);
             let own = start * count..(start + front.width) * count;
-            lower(panel, front.size(), [0, front.width], &mut x[own.clone()], count);
-            taken(panel, front, &x[own], &mut below, count);
+            lower(&panel, front.size(), [0, front.width], &mut x[own.clone()], count);
+            taken(&panel, front, &x[own], &mut below, count);
             for (place, below) in s.below(front).iter().zip(below.chunks_exact(count.max(1))) {
                 let row = reached.row(s, *place) * count;
                 x[row..row + count].iter_mut().zip(below).for_each(|(x, b)| *x -= b);
             }
-            pivots.extend((0..front.width).map(|k| panel[k * (front.size() + 1)]));
+            pivots.extend_from_slice(&self.store.pivots()[front.first..front.first + front.width]);
         }
         product(&x, &pivots, count)
     }

@@ -198,13 +198,16 @@ impl<E: Number> Workers<E> {
     }
 }
 
+/// A run of fronts, and their room.
+type Run<'r, T> = (Range<usize>, Room<'r, T>);
+
 /// The room of each front above the runs, and the runs with theirs; what is after all of them is left.
 fn split<'r, E, T>(
     symbolic: &Symbolic,
     layout: Layout<'_, E, T>,
     parts: &[Part],
     rest: &mut Room<'r, T>,
-) -> (std::vec::IntoIter<Room<'r, T>>, Vec<(Range<usize>, Room<'r, T>)>) {
+) -> (std::vec::IntoIter<Room<'r, T>>, Vec<Run<'r, T>>) {
     let (mut tops, mut runs) = (Vec::new(), Vec::new());
     // Parts follow one another without gaps: each gets room that no other can touch.
     for part in parts {

@@ -2,6 +2,8 @@
 //!
 //! A tube of 5 mm radius in a block of 100 mm, cubes of 6.25 mm at it.
 
+#![allow(clippy::print_stdout, reason = "the table is what these tests are for")]
+
 use nalgebra::Vector3;
 use simulation::law::{Law, Ogden};
 use simulation::space::cells::{Ball, Depth, Mesh, Plane, Settings};

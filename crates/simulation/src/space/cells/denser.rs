@@ -15,6 +15,9 @@ const MOST_HALVINGS: u32 = 5;
 /// Cubes in which other places have an area that differs by more than this part of it keep their points.
 const MOST_OTHER: f64 = 0.01;
 
+/// How near to one another points of a cube from one corner to the other are to lie, mm; as they are where there is none.
+pub type Spacing<'a> = dyn Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64> + 'a;
+
 impl Mesh {
     /// Lays the points of the surface anew in cubes for which `spacing(low, high)` is a length, mm: of many places on it those that no one before is nearer to
     /// than that, so that no two points are nearer, and no place that was looked at is farther from one. These are at most half a spacing apart along the axes, but for where the surface is
@@ -24,12 +27,7 @@ impl Mesh {
     ///
     /// `field` and `depth` are those that the mesh was made with. A cube keeps its points where no spacing is asked, where the 32nd of its side is too large for
     /// the spacing, and where another area is found, as where its surface lies on its face by rounding.
-    pub fn lay_points(
-        &mut self,
-        field: &dyn Field,
-        depth: Depth,
-        spacing: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64>,
-    ) {
+    pub fn lay_points(&mut self, field: &dyn Field, depth: Depth, spacing: &Spacing<'_>) {
         let mut old: Vec<Vec<SurfacePoint>> = vec![Vec::new(); self.cells.len()];
         self.surface.iter().for_each(|p| old[p.cell as usize].push(*p));
         let (mut kept, mut samples) = (Vec::new(), Vec::new());
@@ -56,7 +54,7 @@ fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spaci
     let [low, high] = mesh.grid.corners(&mesh.cells[number]);
     // Of four Gauss points no two that are neighbours are farther apart than 0.34 of the part.
     let parts = (0.34 * (high.x - low.x) / (0.5 * spacing)).log2().ceil().max(0.0);
-    if !(parts <= f64::from(MOST_HALVINGS)) {
+    if parts.is_nan() || parts > f64::from(MOST_HALVINGS) {
         return None;
     }
     let count = 1_usize << parts as u32;
