@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use simulation::law::Law;
-use simulation::space::cells::{Ball, Depth, Mesh, Plane, Settings};
+use simulation::space::cells::{Ball, Mesh, Plane, Settings};
 use simulation::space::equilibrium::{NoEquilibrium, Tolerance, settle};
 use simulation::space::law::Material;
 use simulation::space::solid::{Deformable, Solid};
@@ -183,9 +183,15 @@ fn a_tube_at_an_edge() {
 #[test]
 fn a_tube_pushes_a_thin_plate_along() {
     // 4 mm thick, held all around; the tube's radius is 3.
-    let (_, mut mesh) = boxed([32.0, 32.0, 4.0], 4.0, Law::NeoHookean, 0.45);
-    // It is stretched to more than twice its length: the points of its cubes are 1.53 mm from the middle between them then, more than half the radius.
-    mesh.lay_points(&everywhere(1e3), Depth::default(), &|_, _| Some(0.75));
+    // It is stretched to more than twice its length: points of cubes of 4 mm are 1.53 mm from the middle between them then, more than half
+    // the radius.
+    let settings = Settings {
+        levels: 1,
+        ..Settings::of_side(4.0)
+    };
+    let fine = |low: &Vector3<f64>, high: &Vector3<f64>| (0.5 * (low + high)).xy().add_scalar(-16.0).amax() < 4.0;
+    let corners = [Vector3::zeros(), Vector3::new(32.0, 32.0, 4.0)];
+    let mesh = Mesh::new(&everywhere(1e3), corners, &settings, &fine).unwrap();
     let mut system = System::new();
     add(&mut system, &mesh, Law::NeoHookean, 1.0, 0.45);
     for n in mesh.nodes_where(|x| x.xy().min() < 1e-9 || x.xy().max() > 32.0 - 1e-9) {
@@ -203,7 +209,7 @@ fn a_tube_pushes_a_thin_plate_along() {
         last = force.z;
         // Three times its thickness deep the plate is still before the tip.
         let solid = system.bodies.solid(0);
-        let middle = (0..solid.points()).filter(|k| (solid.reference(*k).0.xy().add_scalar(-16.0)).norm() < 1.0);
+        let middle = (0..solid.points()).filter(|k| (solid.reference(*k).0.xy().add_scalar(-16.0)).norm() < 0.5);
         let above = middle.map(|k| solid.point(&a, k).z).fold(f64::NEG_INFINITY, f64::max);
         assert!(above < 4.3 - depth, "{depth}: {above}");
     }
