@@ -28,14 +28,14 @@ impl Mesh {
         &mut self,
         field: &dyn Field,
         depth: Depth,
-        spacing: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64>,
+        spacing: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64>,
     ) {
         let mut old: Vec<Vec<SurfacePoint>> = vec![Vec::new(); self.cells.len()];
         self.surface.iter().for_each(|p| old[p.cell as usize].push(*p));
         let (mut kept, mut samples) = (Vec::new(), Vec::new());
         for (number, points) in old.into_iter().enumerate() {
             let [low, high] = self.grid.corners(&self.cells[number]);
-            let wanted = spacing(&low, &high).filter(|_| !points.is_empty());
+            let wanted = spacing(&low, &high).filter(|s| s.is_finite() && *s > 0.0 && !points.is_empty());
             let new = wanted.and_then(|spacing| Some((spacing, samples_of(self, field, depth, number, spacing)?)));
             let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
             match new {
@@ -56,7 +56,7 @@ fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spaci
     let [low, high] = mesh.grid.corners(&mesh.cells[number]);
     // Of four Gauss points no two that are neighbours are farther apart than 0.34 of the part.
     let parts = (0.34 * (high.x - low.x) / (0.5 * spacing)).log2().ceil().max(0.0);
-    if !(parts <= f64::from(MOST_HALVINGS)) {
+    if !(0.0..=f64::from(MOST_HALVINGS)).contains(&parts) {
         return None;
     }
     let count = 1_usize << parts as u32;
