@@ -9,6 +9,7 @@
 //! is drawn apart, so that a border along which organs slide stays sharp.
 
 mod cut;
+mod error;
 mod lattice;
 mod picture;
 mod quadratic;
@@ -16,9 +17,10 @@ mod raster;
 mod region;
 mod shape;
 
+pub use error::NoShape;
 pub use picture::{NoWarp, Organ, Pixel, Warp, Warped};
 pub use region::Region;
-pub use shape::{Cube, NoShape, Shape};
+pub use shape::{Cube, Shape};
 
 #[cfg(test)]
 mod tests;

@@ -18,6 +18,7 @@ mod dense;
 mod extend;
 mod front;
 mod graph;
+mod kept;
 mod ldl;
 mod number;
 mod numbers;

@@ -99,6 +99,7 @@ impl Cpu {
         let voxels = Source::new(volume.voxels, &self.tables);
         let missing = || ResliceError::NotPrepared(filter);
         let vector = self.vector;
+        // Each filter's loop is compiled for it: what is drawn is chosen here, once, and not at every pixel.
         match filter {
             Filter::Nearest => drawing.draw(&kernels::Nearest::new(voxels, volume, vector)),
             Filter::Linear => drawing.draw(&kernels::Linear::new(voxels, volume, vector)),

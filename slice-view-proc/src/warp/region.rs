@@ -1,6 +1,6 @@
 //! Where an organ is at rest: a function of the place on a grid, negative inside.
 
-use super::shape::NoShape;
+use super::error::NoShape;
 
 /// Values of a region, at most.
 const MOST_VALUES: u64 = 1 << 26;

@@ -30,7 +30,6 @@ mod surface;
 mod ties;
 
 pub use curved::Curved;
-pub use denser::Spacing;
 pub use field::{Ball, Bounds, Field, Plane, Shell};
 pub use grid::{Cell, Grid};
 pub use label::{Facts, LabelField, LabelMap, NoRegion, Parts, Smoothing};

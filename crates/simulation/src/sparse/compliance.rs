@@ -96,6 +96,7 @@ impl Ldl {
         let (mut pivots, mut below, mut panel) = (Vec::with_capacity(reached.size), Vec::new(), Vec::new());
         for &(number, start) in &reached.fronts {
             let front = &s.fronts[number];
+            // Kept for single solutions in another order: products of many at once want columns.
             self.store.columns(front, number, &mut panel);
             let own = start * count..(start + front.width) * count;
             lower(&panel, front.size(), [0, front.width], &mut x[own.clone()], count);
@@ -104,6 +105,7 @@ impl Ldl {
                 let row = reached.row(s, *place) * count;
                 x[row..row + count].iter_mut().zip(below).for_each(|(x, b)| *x -= b);
             }
+            // Solutions for `L` alone are kept; pivots divide in the product, where they make it symmetric to the last bit.
             pivots.extend_from_slice(&self.store.pivots()[front.first..front.first + front.width]);
         }
         product(&x, &pivots, count)

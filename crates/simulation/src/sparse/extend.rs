@@ -70,6 +70,8 @@ pub(super) fn add<E: Number>(
         children.iter().for_each(|child| add_to(&mut columns, symbolic, child));
     };
     let parts = [(panel, 0, size), (own, front.width, front.height)];
+    // Each chunk has columns of its own and takes the children in one order: the bits are those of one thread. A small front is summed sooner than
+    // it is handed out.
     if threads > 1 && size * size >= SHARED_ENTRIES {
         let jobs = parts
             .into_iter()

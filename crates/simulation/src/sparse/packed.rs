@@ -6,8 +6,8 @@
 
 use std::ops::Range;
 
+use super::kept::Kept;
 use super::number::Number;
-use super::store::Kept;
 use super::symbolic::{Front, Symbolic};
 
 /// Columns of a block: as many as fit, the widest first.
@@ -53,6 +53,7 @@ impl<T: Number> Kept<T> {
         panel.clear();
         panel.resize(size * front.width, 0.0);
         let mut entries = &self.entries[self.starts[number]..];
+        // Blocks follow one another as they were taken up.
         for (k, n) in blocks(front.width) {
             let (block, rest) = entries.split_at(n * (size - k));
             entries = rest;

@@ -86,6 +86,7 @@ impl<E: Number> Workers<E> {
         if root.nrows() != symbolic.kept {
             *root = DMatrix::zeros(symbolic.kept, symbolic.kept);
         }
+        // A root that is kept comes last, alone: all others must have been summed into it.
         let rest = symbolic.fronts.len() - usize::from(symbolic.kept > 0);
         let layout = Layout {
             starts: place.starts,
@@ -101,6 +102,7 @@ impl<E: Number> Workers<E> {
             _ => parts(symbolic, rest, threads),
         };
         let negative = self.by_parts(matrix, layout, parts, &mut room, most, threads)?;
+        // Enough negative pivots were found: the caller takes the matrix for indefinite, and the rest is of no use.
         if rest == symbolic.fronts.len() || negative >= most {
             return Ok(negative);
         }

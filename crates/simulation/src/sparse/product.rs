@@ -69,6 +69,7 @@ pub(super) fn subtract<T: Number>(
             from += width;
         }
     }
+    // Threads cost more to hand out than a small product takes.
     if scratch.threads > 1 && height * count * depth >= SHARED_FROM {
         shared(factor, c, stride, &strips, scratch.threads);
     } else {
@@ -89,6 +90,7 @@ pub(super) fn subtract<T: Number>(
         pair(factor, &mut one[j..height], &mut two[j..height], j);
         j += 2;
     }
+    // An odd one is left.
     if j < count {
         single(factor, &mut c[j * stride + j..j * stride + height], j, 0);
     }

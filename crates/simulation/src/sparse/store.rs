@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::kept::Kept;
 use super::number::Number;
 use super::numbers::Keep;
 use super::packed::{keep, length};
@@ -22,16 +23,6 @@ pub enum Precision {
     /// it what refinement leaves at each solution; a pivot below 5e-6 of its diagonal entry counts as zero. Where a matrix is
     /// that near to a singular one, its inertia may be another.
     SingleThroughout,
-}
-
-/// The columns of all fronts, and the pivots.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Kept<T> {
-    pub(super) entries: Vec<T>,
-    /// Where each front begins, and the last one ends.
-    pub(super) starts: Vec<usize>,
-    /// Without a pivot that was found last: 0.
-    pub(super) pivots: Vec<f64>,
 }
 
 impl<T: Number> Kept<T> {

@@ -209,7 +209,7 @@ fn a_tube_pushes_a_thin_plate_along() {
         last = force.z;
         // Three times its thickness deep the plate is still before the tip.
         let solid = system.bodies.solid(0);
-        let middle = (0..solid.points()).filter(|k| (solid.reference(*k).0.xy().add_scalar(-16.0)).norm() < 1.0);
+        let middle = (0..solid.points()).filter(|k| (solid.reference(*k).0.xy().add_scalar(-16.0)).norm() < 0.5);
         let above = middle.map(|k| solid.point(&a, k).z).fold(f64::NEG_INFINITY, f64::max);
         assert!(above < 4.3 - depth, "{depth}: {above}");
     }

@@ -21,7 +21,7 @@ fn block(levels: u32, spacing: f64) -> Mesh {
         ..Settings::of_side(25.0)
     };
     let mut mesh = quarter(&settings, &[30.0, 15.0][..levels as usize]);
-    mesh.lay_points(&EVERYWHERE, Depth::default(), &|_, high| {
+    mesh.lay_points(&EVERYWHERE, Depth::default(), |_, high| {
         (high.z > 99.0 && high.x < 30.0 && high.y < 30.0).then_some(spacing)
     });
     mesh
@@ -60,7 +60,7 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
         let corners = [-10.0, 10.0].map(Vector3::repeat);
         let mut mesh = Mesh::new(field, corners, &Settings::of_side(5.0), &|_, _| false).unwrap();
         let before = (area(&mesh), mesh.unknowns());
-        mesh.lay_points(field, Depth::default(), &|_, _| Some(spacing));
+        mesh.lay_points(field, Depth::default(), |_, _| Some(spacing));
         assert!(
             (area(&mesh) / before.0 - 1.0).abs() < 2e-4,
             "{} {before:?}",
@@ -79,7 +79,7 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
         assert_eq!(make(field, 1.0).surface, mesh.surface);
         // A spacing that no part of a cube is small enough for leaves the points as they are.
         let mut kept = mesh.clone();
-        kept.lay_points(field, Depth::default(), &|_, _| Some(1e-6));
+        kept.lay_points(field, Depth::default(), |_, _| Some(1e-6));
         assert_eq!(kept.surface, mesh.surface);
         // None stands for next to nothing, which would settle slowly.
         let smallest = mesh.surface.iter().map(|p| p.area).fold(f64::INFINITY, f64::min);
@@ -91,7 +91,7 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
 fn pushed(block: &mut Pushed, depths: &[f64]) -> Result<f64, NoEquilibrium> {
     let mut deepest = 0.0_f64;
     for depth in depths {
-        let (found, force) = block.to(*depth)?;
+        block.to(*depth)?;
         let tube = block.system.tubes[0].tube();
         let places = (0..101_u32.pow(2)).map(|n| [n % 101, n / 101].map(|k| 0.12 * f64::from(k)));
         for [x, y] in places {
@@ -99,11 +99,6 @@ fn pushed(block: &mut Pushed, depths: &[f64]) -> Result<f64, NoEquilibrium> {
             let now = at + block.displacement(at.into());
             deepest = deepest.max(-tube.signed_distance(&now).value);
         }
-        let gap = block.system.tubes[0].widest_gap(&block.system.bodies, &block.a);
-        println!(
-            "{depth} mm: {force:.4} N, least det F {:.3}, gap {gap:.3}, deepest between points {deepest:.3} mm",
-            found.least_determinant
-        );
     }
     Ok(deepest)
 }

@@ -23,6 +23,7 @@ impl Draw for Scattered<'_, '_> {
             for (place, value) in self.places.iter().zip(self.hu.iter_mut()) {
                 let [x, y, z] = place.map(f64::from);
                 let index = (voxel_from_ct * Point::new(x, y, z)).mm();
+                // Outside, or no number.
                 *value = padding;
                 if let Some(walk) = Walk::one(index, dims) {
                     kernel.points(&walk, 0..1, std::slice::from_mut(value));

@@ -39,7 +39,7 @@ impl Body {
         };
         let mesh = Mesh::new(&field, field.corners, settings, &refine);
         let mut mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
-        mesh.lay_points(&field, settings.depth, &|low, high| way.spacing([low, high], last));
+        mesh.lay_points(&field, settings.depth, |low, high| way.spacing([low, high], last));
         Ok(Self {
             name: organ.name.clone(),
             label: organ.label,

@@ -15,9 +15,6 @@ const MOST_HALVINGS: u32 = 5;
 /// Cubes in which other places have an area that differs by more than this part of it keep their points.
 const MOST_OTHER: f64 = 0.01;
 
-/// How near to one another points of a cube from one corner to the other are to lie, mm; as they are where there is none.
-pub type Spacing<'a> = dyn Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64> + 'a;
-
 impl Mesh {
     /// Lays the points of the surface anew in cubes for which `spacing(low, high)` is a length, mm: of many places on it those that no one before is nearer to
     /// than that, so that no two points are nearer, and no place that was looked at is farther from one. These are at most half a spacing apart along the axes, but for where the surface is
@@ -27,13 +24,18 @@ impl Mesh {
     ///
     /// `field` and `depth` are those that the mesh was made with. A cube keeps its points where no spacing is asked, where the 32nd of its side is too large for
     /// the spacing, and where another area is found, as where its surface lies on its face by rounding.
-    pub fn lay_points(&mut self, field: &dyn Field, depth: Depth, spacing: &Spacing<'_>) {
+    pub fn lay_points(
+        &mut self,
+        field: &dyn Field,
+        depth: Depth,
+        spacing: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64>,
+    ) {
         let mut old: Vec<Vec<SurfacePoint>> = vec![Vec::new(); self.cells.len()];
         self.surface.iter().for_each(|p| old[p.cell as usize].push(*p));
         let (mut kept, mut samples) = (Vec::new(), Vec::new());
         for (number, points) in old.into_iter().enumerate() {
             let [low, high] = self.grid.corners(&self.cells[number]);
-            let wanted = spacing(&low, &high).filter(|_| !points.is_empty());
+            let wanted = spacing(&low, &high).filter(|s| s.is_finite() && *s > 0.0 && !points.is_empty());
             let new = wanted.and_then(|spacing| Some((spacing, samples_of(self, field, depth, number, spacing)?)));
             let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
             match new {
@@ -43,7 +45,9 @@ impl Mesh {
                 _ => kept.extend(points),
             }
         }
+        // Points of other cubes are no reason to drop one where no spacing was asked.
         kept.extend(thinned(samples));
+        // Later readers go through the points cube by cube.
         kept.sort_by_key(|p| p.cell);
         self.surface = kept;
     }
@@ -54,10 +58,11 @@ fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spaci
     let [low, high] = mesh.grid.corners(&mesh.cells[number]);
     // Of four Gauss points no two that are neighbours are farther apart than 0.34 of the part.
     let parts = (0.34 * (high.x - low.x) / (0.5 * spacing)).log2().ceil().max(0.0);
-    if parts.is_nan() || parts > f64::from(MOST_HALVINGS) {
+    if !(0.0..=f64::from(MOST_HALVINGS)).contains(&parts) {
         return None;
     }
     let count = 1_usize << parts as u32;
+    // A whole cube has a surface where the mesh ends with the grid only.
     if field.bounds(&low, &high)[1] <= 0.0 {
         return Some(faces_of(mesh, number, count));
     }
@@ -91,6 +96,7 @@ fn thinned(samples: Vec<(SurfacePoint, f64)>) -> Vec<SurfacePoint> {
             kept.push(SurfacePoint { area: 0.0, ..*sample });
         }
     }
+    // Only now all that are kept are known: an area goes to the nearest of them.
     for (sample, _) in &samples {
         if let Some((_, k)) = nearest(&boxes, &kept, &sample.at) {
             kept[k].area += sample.area;

@@ -48,6 +48,7 @@ impl Spread {
             departure: 0.0,
         };
         for shift in shifts {
+            // One that is not known leaves the whole unknown: a sum without it would be too small.
             let shift = (*shift)?;
             let half = shift.half();
             all.covariance += half * half.transpose();

@@ -45,13 +45,17 @@ pub fn residual(system: &System, a: &[f64], places: &[Row]) -> Result<Residual, 
     let order = Dissection::by_places(&system.places(), &[]).map_err(|_| NoResidual::State)?;
     let mut matrix = Triplets::new(a.len());
     Potential::hessian(system, a, false, &mut matrix).ok_or(NoResidual::State)?;
+    // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
     let diagonal = matrix.diagonal().into_iter().fold(0.0, f64::max);
     matrix.fix(&system.fixed, diagonal);
     let mut ldl = Ldl::ordered_by(order);
     ldl.take(&matrix);
+    // Of a saddle the inverse says nothing about how far the forces carry.
     if !ldl.definite(0.0).unwrap_or(false) {
         return Err(NoResidual::Tangent);
     }
+    // One solution for each place and axis, not one for each force: the matrix is symmetric. Signs of the forces may fall together, so magnitudes are
+    // summed.
     let bound = |row: &Row, axis: usize| {
         let mut z = vec![0.0; a.len()];
         row.iter().for_each(|(first, weight)| z[first + axis] += weight);

@@ -64,6 +64,7 @@ impl Near {
     /// `W f`, where most of `f` is zero.
     pub(super) fn moved(&self, f: &[f64]) -> Vec<f64> {
         let mut moved = vec![0.0; f.len()];
+        // Few points press at once, of many that are near.
         for (f, column) in f.iter().zip(self.w.column_iter()).filter(|(f, _)| **f != 0.0) {
             moved.iter_mut().zip(column.iter()).for_each(|(m, w)| *m += w * f);
         }
@@ -80,11 +81,13 @@ fn of_points(c: &DMatrix<f64>, touches: &Touches, points: &[usize], nodes: &[u32
     let rows: Vec<Vec<(usize, f64)>> = points.iter().map(row).collect();
     let mut pushed = vec![0.0; c.nrows()];
     for column in 0..size {
+        // Forces on a point reach its nodes by its weights, and these move all others.
         pushed.fill(0.0);
         for (node, weight) in &rows[column / 3] {
             let c = c.column(3 * node + column % 3);
             pushed.iter_mut().zip(c.iter()).for_each(|(p, c)| *p += weight * c);
         }
+        // The lower triangle is enough: what one moves another by is mutual.
         for line in column..size {
             let each = rows[line / 3]
                 .iter()

@@ -34,6 +34,7 @@ impl Pressed {
         bent: bool,
         w: &DMatrix<f64>,
     ) -> bool {
+        // Positive springs first: the two kinds are eliminated apart, as together they are not definite.
         self.springs.clear();
         let mut negative = Vec::new();
         for (point, distance, stiffness, force) in points {
@@ -41,6 +42,7 @@ impl Pressed {
             if bent {
                 for (direction, curvature) in bends(&distance) {
                     let spring = (point, direction, -force * curvature);
+                    // What is next to nothing would have an inverse that is next to infinite.
                     if spring.2 > SMALL_PART * stiffness {
                         self.springs.push(spring);
                     } else if spring.2 < -SMALL_PART * stiffness {
@@ -79,6 +81,7 @@ impl Pressed {
         let along = |(point, d, _): &(usize, Vector3<f64>, f64)| {
             d.dot(&Vector3::from_column_slice(&moved[3 * point..3 * point + 3]))
         };
+        // Woodbury's formula: only the springs' own equations are solved.
         let mut q: Vec<f64> = self.springs.iter().map(along).collect();
         self.first.forward(&mut q);
         let last = &mut q[self.positive..];

@@ -70,7 +70,7 @@ fn by_hand() -> [Vector3<f64>; 2] {
     };
     let mut mesh = Mesh::new(&field, field.corners, &settings, &near).unwrap();
     // As near to one another as an eighth of the tube's radius, within three radii of its way.
-    mesh.lay_points(&field, settings.depth, &|low, high| {
+    mesh.lay_points(&field, settings.depth, |low, high| {
         let away = from_axis(&(0.5 * (low + high)), last) - 0.5 * (high - low).norm();
         (away < 18.0).then_some(6.0 / 8.0)
     });
