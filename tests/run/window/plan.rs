@@ -2,11 +2,12 @@
 
 use std::path::Path;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::press;
 use crate::display::Display;
 use crate::support::{Pilot, World, kill_9, stderr, wait_for};
+use bus::clock::monotonic_ns;
 use bus::run::RunContext;
 use geometry::{Ct, Point};
 use phantom::Phantom;
@@ -220,11 +221,11 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
         note(status, "window-watch").contains("is what it says")
     });
     // What the watch said may be of before the window was killed: the cover can still come, and takes the key.
-    let mut pressed: Option<Instant> = None;
+    let mut pressed: Option<u64> = None;
     wait_for("the distance taken back", || {
-        if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(3)) {
+        if pressed.is_none_or(|at| monotonic_ns() - at > 3_000_000_000) {
             with_control(&display, Z);
-            pressed = Some(Instant::now());
+            pressed = Some(monotonic_ns());
         }
         read(&path)?["measures"].is_null().then_some(())
     });
