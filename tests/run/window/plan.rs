@@ -221,7 +221,7 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
         note(status, "window-watch").contains("is what it says")
     });
     // What the watch said may be of before the window was killed: the cover can still come, and takes the key.
-    let mut pressed: Option<u64> = None;
+    let mut pressed: Option<i64> = None;
     wait_for("the distance taken back", || {
         if pressed.is_none_or(|at| monotonic_ns() - at > 3_000_000_000) {
             with_control(&display, Z);
