@@ -47,7 +47,8 @@ pub struct Warped {
     /// The place at rest of what lies at a pixel, mm in the CT's frame: the pixel's own where nothing moved; of no meaning where two claim
     /// it, or it is vacated.
     pub rest: Vec<[f32; 3]>,
-    /// How far `rest` may be from the place that the organs' quadratic maps give, mm; outside the organs 0.
+    /// How far `rest` may be from the place that the organs' quadratic maps give, mm, without the rounding of `rest`: of each cube the bend of
+    /// its map by the largest stretch of its pieces that were cut; outside the organs 0.
     pub error_mm: f64,
     /// Pixels that more than one claims.
     pub twice: usize,

@@ -131,7 +131,8 @@ impl Canvas {
         let places = self.rest[pixels.clone()].iter_mut();
         let counts = self.covered[pixels.clone()].iter_mut().zip(&mut self.marks[pixels]);
         for ((column, rest), (covered, mark)) in (columns.start..).zip(places).zip(counts) {
-            *covered += sense;
+            // Collapsed tissue may lie there more often than a count holds: many is enough.
+            *covered = covered.saturating_add(sense);
             *mark = *mark & FOLDED | marks;
             let column = column as f64;
             *rest = [

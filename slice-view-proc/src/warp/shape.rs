@@ -4,12 +4,14 @@ use super::error::NoShape;
 use super::region::Region;
 
 /// Cubes of an organ, and nodes, at most.
-const MOST_CUBES: usize = 1 << 18;
-const MOST_NODES: usize = 1 << 23;
+const MOST_CUBES: u64 = 1 << 18;
+const MOST_NODES: u64 = 1 << 23;
 /// Corners of pieces in the box about an organ, at most.
 const MOST_CORNERS: u64 = 1 << 23;
 /// A cube is divided into this many pieces along an axis, at most.
 const MOST_PIECES: i32 = 64;
+/// Pieces of all cubes, at most.
+const MOST_IN_ALL: u64 = 1 << 26;
 /// Distance of a corner of a cube from the lattice of pieces, in pieces.
 const OFF_LATTICE: f64 = 1e-6;
 
@@ -62,8 +64,8 @@ impl Shape {
     /// # Errors
     /// Each variant of [`NoShape`].
     pub fn new(cubes: &[Cube], nodes: usize, region: Region, piece_mm: f64) -> Result<Self, NoShape> {
-        count("cubes", cubes.len(), MOST_CUBES)?;
-        count("nodes", nodes, MOST_NODES)?;
+        count("cubes", cubes.len() as u64, MOST_CUBES)?;
+        count("nodes", nodes as u64, MOST_NODES)?;
         for (k, cube) in cubes.iter().enumerate() {
             check(k, cube, nodes)?;
         }
@@ -84,12 +86,13 @@ impl Shape {
             shape.corners = std::array::from_fn(|a| shape.corners[a].max(placed.corner[a] + placed.span + 1));
             shape.cubes.push(placed);
         }
-        let corners: u64 = shape.corners.iter().map(|n| u64::from(n.unsigned_abs())).product();
-        count(
-            "corners of pieces",
-            usize::try_from(corners).unwrap_or(usize::MAX),
-            MOST_CORNERS as usize,
-        )?;
+        let all = |product: u64, n: &i32| product.saturating_mul(u64::from(n.unsigned_abs()));
+        count("corners of pieces", shape.corners.iter().fold(1, all), MOST_CORNERS)?;
+        let pieces = shape.cubes.iter().map(|cube| all(1, &cube.span.pow(3)));
+        count("pieces of all cubes", pieces.sum(), MOST_IN_ALL)?;
+        for k in 0..shape.cubes.len() {
+            shape.cubes[k].held = shape.all_held(&shape.cubes[k]);
+        }
         Ok(shape)
     }
 
@@ -117,16 +120,19 @@ impl Shape {
             *at = whole((cube.low[a] - self.origin[a]) / self.piece_mm)
                 .ok_or_else(|| format!("its corner {:?} mm is not on the lattice of the others", cube.low))?;
         }
-        let pieces = (0..span.pow(3)).map(|k| {
-            let low = [k % span, k / span % span, k / (span * span)];
-            self.held(std::array::from_fn(|a| corner[a] + low[a]))
-        });
         Ok(Placed {
             nodes: cube.nodes,
             corner,
             span,
-            held: pieces.collect(),
+            held: Vec::new(),
         })
+    }
+
+    fn all_held(&self, cube: &Placed) -> Vec<Held> {
+        let (span, corner) = (cube.span, cube.corner);
+        let piece = |k: i32| [k % span, k / span % span, k / (span * span)];
+        let corners = (0..span.pow(3)).map(|k| std::array::from_fn(|a| corner[a] + piece(k)[a]));
+        corners.map(|corner| self.held(corner)).collect()
     }
 
     fn held(&self, corner: [i32; 3]) -> Held {
@@ -172,13 +178,9 @@ fn check(k: usize, cube: &Cube, nodes: usize) -> Result<(), NoShape> {
     }
 }
 
-fn count(what: &'static str, found: usize, allowed: usize) -> Result<(), NoShape> {
+fn count(what: &'static str, found: u64, allowed: u64) -> Result<(), NoShape> {
     if (1..=allowed).contains(&found) {
         return Ok(());
     }
-    Err(NoShape::Count {
-        what,
-        found: found as u64,
-        allowed: allowed as u64,
-    })
+    Err(NoShape::Count { what, found, allowed })
 }

@@ -49,6 +49,29 @@ fn a_mesh_that_cannot_be_is_refused_by_name() {
             with(change)
         );
     }
+    let far = with(|cube| cube.low = [2e9; 3]);
+    assert!(
+        matches!(
+            far,
+            NoShape::Count {
+                what: "corners of pieces",
+                ..
+            }
+        ),
+        "{far}"
+    );
+    let many = vec![mesh.cubes[0].clone(); 300];
+    let many = refused(&many, nodes, 0.156_25);
+    assert!(
+        matches!(
+            many,
+            NoShape::Count {
+                what: "pieces of all cubes",
+                ..
+            }
+        ),
+        "{many}"
+    );
     // A box about the cubes that would hold more corners than there is memory for.
     assert!(matches!(
         with(|cube| cube.low = [1e6; 3]),
@@ -155,6 +178,17 @@ fn places_far_away_are_no_panic() {
             }
         }
     }
+    // So many of one cube that a count of sixteen bits does not hold them.
+    let heap = vec![mesh.cubes[0].clone(); 40_000];
+    let shape_of_heap = Shape::new(&heap, mesh.now.len(), in_box([0.0; 3], 30.0), 10.0).unwrap();
+    let at_rest = Mesh::new(&block([-20.0; 3], 10.0, 4), |x| x);
+    let warped = draw(
+        &mut warp,
+        &plane([-15.0; 3], AXIAL, 1.0, [4, 4]),
+        &shape_of_heap,
+        &at_rest,
+    );
+    assert!(warped.pixels.iter().all(|p| *p == Pixel::Twice));
     let at_one = plane([0.0; 3], AXIAL, 0.5, [1, 1]);
     mesh.now.fill([0.0; 3]);
     let collapsed = draw(&mut warp, &at_one, &shape, &mesh);
