@@ -77,7 +77,7 @@ impl Cpu {
         }
     }
 
-    /// Samples the volume at `places`, mm in the CT's frame, one value to each: single points, without slabs or means over areas. Where
+    /// Samples the volume at `places`, mm in the CT's frame, one value to each, of both as many as there are of fewer: single points, without slabs or means over areas. Where
     /// a place is outside the volume, or no number, the value is the padding.
     ///
     /// It is within [`Resampler::error_bound_hu`] of [`super::Reference::reslice_at`] at the same places.

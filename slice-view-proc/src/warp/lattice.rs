@@ -19,7 +19,8 @@ impl Lattice {
     pub(super) fn begin(&mut self, shape: &Shape) {
         let count: usize = shape.corners.iter().map(|n| n.unsigned_abs() as usize).product();
         self.dims = shape.corners;
-        if self.rounds.len() != count || self.round == u32::MAX {
+        // Of a smaller organ before this one, or too few rounds left; else what was computed for another is of another round.
+        if self.rounds.len() < count || self.round == u32::MAX {
             self.rounds = vec![0; count];
             self.corners = vec![[0.0; 3]; count];
             self.round = 0;

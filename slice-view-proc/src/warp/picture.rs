@@ -12,6 +12,8 @@ use super::shape::{Held, Placed, Shape};
 const MOST_ORGANS: usize = 64;
 /// A bound on the distance from the plane counts as crossing it within this part of the largest distance: rounding of either side.
 const CROSSING: f64 = 1e-9;
+/// Corners of pieces are moved to the raster's grid, by half of 1/256 of a pixel along both axes: so far from its cube a pixel may be drawn.
+const GRID_PART: f64 = 1.0 / 256.0;
 /// Half the square of the radius of the ball about a tetrahedron, by the square of the piece's side: a linear function through the corners is
 /// off by at most so much of the second derivative within.
 const CHORD: f64 = 3.0 / 8.0;
@@ -33,9 +35,9 @@ pub enum Pixel {
     Outside,
     /// The organ of this number, from 0.
     Inside(u8),
-    /// An organ was here at rest and has gone: nothing is known of what is here now.
+    /// An organ was here at rest and has gone, or its region reaches beyond its cubes here: nothing is known of what is here now.
     Vacated,
-    /// More than one organ, or one twice.
+    /// More than one organ, or one twice; of one that is folded, cubes that its surface cuts count whole.
     Twice,
 }
 
@@ -47,8 +49,9 @@ pub struct Warped {
     /// The place at rest of what lies at a pixel, mm in the CT's frame: the pixel's own where nothing moved; of no meaning where two claim
     /// it, or it is vacated.
     pub rest: Vec<[f32; 3]>,
-    /// How far `rest` may be from the place that the organs' quadratic maps give, mm, without the rounding of `rest`: of each cube the bend of
-    /// its map by the largest stretch of its pieces that were cut; outside the organs 0.
+    /// An estimate of how far `rest` may be from the place that the organs' quadratic maps give, mm, without the rounding of `rest`: of each cube
+    /// the bend of its map and a part of a pixel, by the largest stretch of its pieces that were cut. A neighbour that is stretched far more and not cut
+    /// is not in it. Outside the organs 0.
     pub error_mm: f64,
     /// Pixels that more than one claims.
     pub twice: usize,
@@ -88,7 +91,7 @@ pub enum NoWarp {
 /// Draws organs where they lie now, one image after the other in the same memory.
 #[derive(Debug, Clone, Default)]
 pub struct Warp {
-    lattices: Vec<Lattice>,
+    lattice: Lattice,
     canvas: Canvas,
     found: Warped,
 }
@@ -105,19 +108,17 @@ impl Warp {
         if organs.len() > MOST_ORGANS {
             return Err(NoWarp::Organs(organs.len()));
         }
-        self.lattices
-            .resize_with(organs.len().max(self.lattices.len()), Lattice::default);
         let size = plane.size().map(|n| n as usize);
         self.canvas.begin(size);
         self.found.begin(size[0] * size[1]);
         let view = View::of(plane);
         for (number, organ) in organs.iter().enumerate() {
             self.canvas.begin(size);
-            self.lattices[number].begin(organ.shape);
+            self.lattice.begin(organ.shape);
             let mut drawing = Drawing {
                 view: &view,
                 organ,
-                lattice: &mut self.lattices[number],
+                lattice: &mut self.lattice,
                 canvas: &mut self.canvas,
                 stretch: 0.0,
             };
@@ -209,7 +210,7 @@ impl Drawing<'_> {
             if self.stretch > 0.0 {
                 let places = cube.nodes.map(|node| self.organ.places[node as usize].map(f64::from));
                 let chord = CHORD * bend(&places) / f64::from(cube.span * cube.span);
-                error = error.max(chord * self.stretch);
+                error = error.max((chord + GRID_PART * self.view.pixel_mm) * self.stretch);
             }
         }
         Some(error)

@@ -84,11 +84,16 @@ impl<'a> Given<'a> {
     }
 }
 
+/// Headers whose voxels lie in another file.
+const DETACHED: [&str; 4] = ["mhd", "nhdr", "hdr", "img"];
+
 /// Refuses another label map than the one that a scene names by its SHA-256.
 fn pinned(plan: &Plan, path: &Path, found: Option<&str>) -> Checked<()> {
     match &plan.labels_sha256 {
         Some(wanted) if found != Some(wanted) => {
-            let found = found.map_or("no file".to_owned(), |found| format!("a file of {found}"));
+            let found = found.map_or("not one file that holds the voxels".to_owned(), |found| {
+                format!("a file of {found}")
+            });
             let allowed = format!("the file of {wanted}; leave the key out to take any");
             Err(invalid(
                 "space.labels_sha256",
@@ -123,7 +128,15 @@ impl Space {
         };
         let volume = read(&path).map_err(|error| why(error.to_string()))?;
         let labels = Labels::new(&volume).map_err(|error| why(error.to_string()))?;
-        let labels_sha256 = sha::of_file(&path).map_err(|error| why(error.to_string()))?;
+        // Voxels in a file of their own are not in the hash of their header.
+        let detached = path
+            .extension()
+            .is_some_and(|last| DETACHED.iter().any(|one| last.eq_ignore_ascii_case(one)));
+        let labels_sha256 = if detached {
+            None
+        } else {
+            sha::of_file(&path).map_err(|error| why(error.to_string()))?
+        };
         pinned(&plan, &path, labels_sha256.as_deref()).map_err(refused)?;
         let model = Model::new(&plan, &labels).map_err(refused)?;
         let origin = Origin {

@@ -25,6 +25,6 @@ mod stated;
 pub use correction::{Correction, NoCorrection, Touching, corrected};
 pub use halving::{halved, taken_over};
 pub use jumps::Jumps;
-pub use model::{HALF_AXES_95, LINEAR_PART, Shift, Spread};
+pub use model::{LINEAR_PART, Shift, Spread};
 pub use residual::{NoResidual, Residual, Row, residual};
 pub use stated::{SAFETY, Stated};

@@ -53,8 +53,12 @@ impl Body {
     ///
     /// # Errors
     /// [`NoMesh`], as of too many cubes.
-    pub(super) fn halved(&self, organ: &Organ) -> Result<Self, NoMesh> {
-        let mesh = halved(&self.mesh, &self.field, self.field.corners, &organ.settings, None)?;
+    pub(super) fn halved(&self, organ: &Organ, way: &Way) -> Result<Self, NoMesh> {
+        let (field, settings) = (&self.field, &organ.settings);
+        let mut mesh = halved(&self.mesh, field, field.corners, settings, None)?;
+        // As near to one another as on the mesh that it is held against: what changes is the cubes alone.
+        let last = way.last(field);
+        mesh.lay_points(field, settings.depth, |low, high| way.spacing([low, high], last));
         Ok(Self { mesh, ..self.clone() })
     }
 }

@@ -218,7 +218,7 @@ impl<'a> Album<'a> {
         canvas.text([66.0, 12.0], &words, 13.0, colour, Anchor::Left);
         let colours = format!(
             "{}; colours 0 to {} {}",
-            self.known()[0],
+            self.known_of(state),
             short(self.ramp.high),
             self.field().1
         );
@@ -255,18 +255,26 @@ impl<'a> Album<'a> {
         canvas.text([76.0, 15.0], self.whole.title, 17.0, frame::WORDS, Anchor::Left);
         let (words, colour) = self.said(state);
         canvas.text([10.0, 38.0], &format!("{words}: {what}"), 14.0, colour, Anchor::Left);
-        let words = format!("{}; {CONTACT}", self.known()[1]);
+        let words = format!("{}; {CONTACT}", self.known());
         canvas.text([10.0, 60.0], &words, 13.0, frame::QUIET, Anchor::Left);
     }
 
-    /// What is known of errors, in a few words and in more.
-    fn known(&self) -> [String; 2] {
+    /// What is known of a state's errors, in a few words: they are looked for of the last one alone.
+    fn known_of(&self, state: &State) -> &'static str {
+        match self.whole.errors {
+            Said::Found(errors) if errors.of == state.label => "errors: result.json",
+            _ => "errors not known",
+        }
+    }
+
+    /// What is known of errors.
+    fn known(&self) -> String {
         let Said::Found(errors) = self.whole.errors else {
-            return ["errors not known", "errors of mesh and model are NOT KNOWN"].map(str::to_owned);
+            return "errors of mesh and model are NOT KNOWN".to_owned();
         };
         let number = |x: Option<f64>| x.map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} N"));
         let mesh = errors.finer.as_ref().ok().map(|found| Finer::stated(&found.by.force));
-        let words = format!(
+        format!(
             "last force: mesh some {}, model {} (1 sigma of the scene's numbers, linearised){}",
             number(mesh),
             number(errors.model.force_size),
@@ -275,7 +283,6 @@ impl<'a> Album<'a> {
             } else {
                 ""
             }
-        );
-        ["errors: result.json".to_owned(), words]
+        )
     }
 }

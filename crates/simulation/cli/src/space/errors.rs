@@ -42,15 +42,13 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    /// The algebraic error of a target or of the force, the larger of what is known of it; `None` where nothing is.
+    /// The algebraic error of a target or of the force, the larger of both; `None` where either is not known: free forces say nothing of
+    /// what pressures still lack.
     pub(super) fn left_over(&self, target: Option<usize>) -> Option<f64> {
         let found = self.algebraic.as_ref().ok()?;
-        let further = found.further.as_ref().ok().map(|at| at.at(target).norm());
+        let further = found.further.as_ref().ok()?.at(target).norm();
         let bound = target.and_then(|k| found.bounds.get(k).copied());
-        match (further, bound) {
-            (Some(further), Some(bound)) => Some(further.max(bound)),
-            (one, None) | (None, one) => one,
-        }
+        Some(bound.map_or(further, |bound| further.max(bound)))
     }
 }
 

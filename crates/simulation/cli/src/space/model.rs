@@ -103,7 +103,7 @@ impl Model {
     pub(super) fn halved(&self, plan: &Plan, labels: &Labels) -> Result<Self, String> {
         let (mut bodies, mut unknowns) = (Vec::new(), 0);
         for (body, organ) in self.bodies.iter().zip(&plan.organs) {
-            let finer = body.halved(organ).map_err(|why| why.to_string())?;
+            let finer = body.halved(organ, &self.way).map_err(|why| why.to_string())?;
             unknowns += finer.mesh.unknowns();
             if unknowns > bounds::MOST {
                 return Err(format!(

@@ -4,9 +4,8 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 use simulation::space::cells::{Field, LabelField};
-use simulation::space::error::SAFETY;
 
-use super::errors::Said;
+use super::errors::{Finer, Said};
 use super::hold::How;
 use super::labels::Labels;
 use super::model::Model;
@@ -144,7 +143,7 @@ pub(super) fn warnings(plan: &Plan, model: &Model) -> Vec<String> {
     let each = model.overlaps.iter().map(|overlap| {
         let [i, j] = overlap.attachments;
         format!(
-            "attachments.{i} and attachments.{j} both hold {} points, {:.0} mm2, of {:?}: they add up there",
+            "attachments.{i} and attachments.{j} both hold {} points, {:.0} mm2, of {:?}: what they do adds up there",
             overlap.points, overlap.area, plan.organs[plan.attachments[i].organ].name
         )
     });
@@ -243,7 +242,7 @@ pub(super) fn errors(said: &Said, model: &Model) -> String {
                 .map_or("NOT KNOWN".to_owned(), |x| format!("{x:.2e} {unit}"))
         };
         let algebraic = errors.left_over(k);
-        let mesh = errors.finer.as_ref().ok().map(|found| SAFETY * found.by.at(k).norm());
+        let mesh = errors.finer.as_ref().ok().map(|found| Finer::stated(&found.by.at(k)));
         let spread = k.map_or(&errors.model.force, |k| &errors.model.targets[k]);
         let bent = spread.is_some_and(|s| !s.is_linear(algebraic.unwrap_or(0.0)));
         let words = format!(
@@ -257,6 +256,9 @@ pub(super) fn errors(said: &Said, model: &Model) -> String {
     }
     for why in errors.model.not_known() {
         line(&mut text, "not known", &format!("model: {why}"));
+    }
+    if let Err(why) = errors.algebraic.as_ref().and_then(|found| found.further.as_ref()) {
+        line(&mut text, "not known", &format!("algebraic: {why}"));
     }
     if let Err(why) = &errors.finer {
         line(&mut text, "not known", &format!("mesh: {why}"));

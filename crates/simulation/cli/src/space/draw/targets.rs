@@ -3,7 +3,7 @@
 use geometry::SlicePlane;
 use nalgebra::{Matrix2, SymmetricEigen, Vector2, Vector3};
 use picture::{Anchor, Canvas, Line};
-use simulation::space::error::{HALF_AXES_95, Spread};
+use simulation::space::error::Spread;
 
 use super::super::errors::Said;
 use super::super::report::Whole;
@@ -84,7 +84,7 @@ fn ellipse(plane: &SlicePlane, spread: &Spread, at: [f64; 2]) -> Vec<[f64; 2]> {
     let axes = [plane.right(), plane.down()].map(|d| Vector3::from(d.vector().mm()));
     let covariance = Matrix2::from_fn(|r, c| axes[r].dot(&(spread.covariance * axes[c])));
     let eigen = SymmetricEigen::new(covariance);
-    let half = [0, 1].map(|k| HALF_AXES_95 * eigen.eigenvalues[k].max(0.0).sqrt() / plane.pixel_mm());
+    let half = [0, 1].map(|k| spread.half_axes_95() * eigen.eigenvalues[k].max(0.0).sqrt() / plane.pixel_mm());
     let corner = |k: usize| {
         let angle = std::f64::consts::TAU * k as f64 / CORNERS as f64;
         let by = eigen.eigenvectors * Vector2::new(half[0] * angle.cos(), half[1] * angle.sin());

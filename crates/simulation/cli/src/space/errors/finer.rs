@@ -67,6 +67,7 @@ pub(super) fn of(base: &Base<'_>) -> Result<Finer, String> {
         Some(Touching { body, tube, wanted })
     });
     let next = corrected(&finer.system, &start, touching.as_ref()).map_err(|why| why.to_string())?;
+    untouched(&finer, model, pressed, &next.a)?;
     let at = At {
         targets: displacements(&finer, labels, &next.a),
         force: labels.turned(&next.force),
@@ -86,6 +87,28 @@ pub(super) fn of(base: &Base<'_>) -> Result<Finer, String> {
         left: next.left,
         worst: (0..model.bodies.len()).map(|k| worst(base, labels, k)).collect(),
     })
+}
+
+/// Refuses a finer state in which the tube is in an organ that it does not press: there is no contact with that one.
+fn untouched(finer: &Model, model: &Model, pressed: Option<usize>, a: &[f64]) -> Result<(), String> {
+    let Some(tube) = model.system.tubes.first().map(|contact| contact.tube()) else {
+        return Ok(());
+    };
+    let bodies = &finer.system.bodies;
+    let others = (0..bodies.len()).filter(|k| pressed != Some(*k));
+    let mut points = others.flat_map(|k| (0..bodies.solid(k).points()).map(move |point| (k, point)));
+    let within = |(k, point)| {
+        tube.signed_distance(&bodies.solid(k).point(bodies.part(k, a), point))
+            .value
+            < 0.0
+    };
+    match points.find(|(k, point)| within((*k, *point))) {
+        Some((k, _)) => Err(format!(
+            "in cubes half as large the tube presses {:?} too, which is not looked at there",
+            finer.bodies[k].name
+        )),
+        None => Ok(()),
+    }
 }
 
 /// The organ that the tube presses; `None` where it presses none.
