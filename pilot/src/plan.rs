@@ -19,6 +19,9 @@ pub(crate) const TRACKER: &str = "tracker";
 /// That of the process that dials a localizer.
 pub(crate) const LOCALIZER: &str = "localizer";
 
+/// That of the process that moves organs with the tube.
+pub(crate) const TISSUE: &str = "tissue";
+
 /// One process of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Planned {
@@ -76,6 +79,10 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
     }
     if scene.recording.is_some() {
         processes.push(plain("recorder", "recorder", &["record", "--out", recording], 1));
+    }
+    // It answers poses as they come: in a recording it has.
+    if scene.tissue.is_some() && matches!(poses, Poses::Tracked) {
+        processes.push(plain(TISSUE, "tissue-proc", &[], 0));
     }
     let mut last = |mut source: Planned| {
         source.role.after = (0..processes.len()).collect();
@@ -179,6 +186,14 @@ mod tests {
         );
         let one = "[tracker]\nsource = \"external\"\n[[views]]\nname = \"a\"\nplane = \"frontal\"\nextent = \"local\"";
         assert_eq!(names(one), ["volume-loader", "view-frontal"]);
+    }
+
+    #[test]
+    fn organs_are_moved_where_the_scene_says_so_and_poses_are_tracked() {
+        let scene = Scene::parse("[tissue]\norgans = \"kidney.toml\"", Path::new("")).unwrap();
+        let has = |poses| plan(&scene, "x.mcap", poses).iter().any(|p| p.name == TISSUE);
+        assert!(has(Poses::Tracked) && !has(Poses::Replayed(&[])) && !has(Poses::Remote(&[])));
+        assert!(!names("").contains(&TISSUE.to_owned()));
     }
 
     #[test]

@@ -73,6 +73,7 @@ fn members<'a>(run: &RunContext, scene: &'a Scene, planned: &'a [Planned]) -> Me
     let has_steps = planned.iter().any(|p| p.name == CALIBRATOR);
     Members {
         has_steps,
+        has_tissue: scene.tissue.is_some(),
         processes: planned.iter().map(name).collect(),
         servers: renderers
             .iter()

@@ -155,6 +155,7 @@ fn make_paths_absolute(source: &mut Source) {
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),
         scene.plan.as_mut().and_then(|plan| plan.labels.as_mut()),
+        scene.tissue.as_mut().and_then(|tissue| tissue.organs.as_mut()),
     ];
     let steps = scene.steps.as_mut();
     let steps = steps.map(|steps| [steps.drawing.as_mut(), steps.beads.as_mut()]);

@@ -3,6 +3,7 @@
 mod command;
 mod frame;
 mod handed;
+mod headed;
 mod places;
 mod services;
 mod stream;
@@ -12,6 +13,7 @@ mod volume;
 pub use command::{CommandClient, CommandServer, Pending, Reply, Request};
 pub use frame::{Frame, FramePublisher, FrameSubscriber, Shown};
 pub use handed::HandedVolume;
+pub use headed::{Headed, HeadedPublisher, HeadedSubscriber, Value};
 pub use places::Crowded;
 pub use services::{Members, Services};
 pub use stream::{Publisher, Subscriber};

@@ -104,6 +104,25 @@ pub const US_IMAGE: Topic = Topic {
     ..BASE
 };
 
+/// The organs that the tube moves, at rest, once.
+pub const TISSUE_MESH: Topic = Topic {
+    name: "tissue-mesh",
+    payload: "trocar/TissueMeshHeader/1 + [u8]",
+    purpose: "the organs that the tube moves, at rest (scenes with tissue only)",
+    ..BASE
+};
+
+/// Where the tube has moved them. Renderers take the newest; the recorder asks for a deep buffer.
+pub const TISSUE: Topic = Topic {
+    name: "tissue",
+    payload: "trocar/TissueHeader/1 + [f32]",
+    buffer: 64,
+    deadline: Some(Duration::from_millis(100)),
+    wakes: true,
+    purpose: "where the tube has moved organs: nodes, for one pose, with what certifies them (scenes with tissue only)",
+    ..BASE
+};
+
 /// Where the simulated tool truly is.
 pub const GROUND_TRUTH: Topic = Topic {
     name: "ground-truth",
@@ -132,7 +151,7 @@ pub const TIMELINE: Topic = Topic {
 /// The images of one view.
 pub const VIEW_FRAME: Topic = Topic {
     name: "view/*",
-    payload: "trocar/FrameHeader/3 + [u8] RGBA",
+    payload: "trocar/FrameHeader/4 + [u8] RGBA",
     // A viewer holds the set that it shows and two that gather, and is handed one more.
     borrowed: 4,
     deadline: Some(Duration::from_millis(100)),
@@ -144,7 +163,7 @@ pub const VIEW_FRAME: Topic = Topic {
 /// Images that were asked for: on a topic of their own, so that live ones never replace them.
 pub const HELD_FRAME: Topic = Topic {
     name: "held/*",
-    payload: "trocar/FrameHeader/3 + [u8] RGBA",
+    payload: "trocar/FrameHeader/4 + [u8] RGBA",
     purpose: "the image of one view for the pose that was asked for last",
     ..BASE
 };
@@ -152,7 +171,7 @@ pub const HELD_FRAME: Topic = Topic {
 /// Images of a plane that was asked for, whatever the tool does.
 pub const LOOK_FRAME: Topic = Topic {
     name: "look/*",
-    payload: "trocar/FrameHeader/3 + [u8] RGBA",
+    payload: "trocar/FrameHeader/4 + [u8] RGBA",
     wakes: true,
     purpose: "the image of one view for the plane that was asked for last",
     ..BASE
@@ -210,7 +229,7 @@ pub const STEPS: Topic = Topic {
 /// The stamps of all images of one renderer.
 pub const FRAME_STAMP: Topic = Topic {
     name: "stamp/*",
-    payload: "trocar/FrameStamp/2",
+    payload: "trocar/FrameStamp/3",
     buffer: 1024,
     purpose: "what each image of a process showed and when: for latency and state",
     ..BASE
@@ -248,12 +267,14 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 20] = [
+pub const TOPICS: [&Topic; 22] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
     &MARKERS,
     &US_IMAGE,
+    &TISSUE_MESH,
+    &TISSUE,
     &GROUND_TRUTH,
     &SESSION_CLOCK,
     &TIMELINE,

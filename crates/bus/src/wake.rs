@@ -11,7 +11,7 @@ use iceoryx2::waitset::WaitSetRunResult;
 
 use crate::BusError;
 use crate::node::Ipc;
-use crate::port::{CommandServer, FrameSubscriber, Message, Subscriber};
+use crate::port::{CommandServer, FrameSubscriber, HeadedSubscriber, Message, Subscriber, Value};
 
 /// Something else that becomes readable, as a connection to a display does.
 #[derive(Debug)]
@@ -50,6 +50,13 @@ impl<'a> Waits<'a> {
         T: Message,
     {
         self.listeners.extend(subscriber.listener().map(|l| (l, deadline)));
+        self
+    }
+
+    /// Also wakes for each header with its values.
+    #[must_use]
+    pub fn headed<H: Message + Default, T: Value>(mut self, subscriber: &'a HeadedSubscriber<H, T>) -> Self {
+        self.listeners.extend(subscriber.listener().map(|l| (l, None)));
         self
     }
 

@@ -11,6 +11,7 @@
 //! | [`Pointer`] | palpeur | the pointer's calibration | the pointer's calibration | mm |
 //! | [`Probe`] | sonde | the marker on the ultrasound probe | the marker's calibration | mm |
 //! | [`Phantom`] | | a calibration phantom's drawing | its drawing | mm |
+//! | [`Model`] | | a model of organs: that of its label map | the label map's, right-handed | mm |
 //! | [`Named`] | | of a file that names its frames | of that file | mm |
 //! | [`Voxel`] | | centre of the first voxel | column, row, slice | voxel index |
 //! | [`Image`] | | centre of the first pixel | right, down, into the screen | pixel |
@@ -51,6 +52,8 @@ frames! {
     Probe
     /// A phantom of wires that a probe is calibrated with, by its drawing, mm.
     Phantom
+    /// A model of organs, mm: along the axes of its label map.
+    Model
     /// A frame whose name is known at run time only, mm: [`crate::named`].
     Named
     /// Continuous voxel index; whole numbers are voxel centres.

@@ -21,6 +21,7 @@ mod recording;
 mod sampling;
 pub mod shipped;
 pub mod steps;
+mod tissue;
 pub mod tracking;
 mod values;
 mod view;
@@ -33,6 +34,7 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
+pub use tissue::{RawTissue, TissueSpec};
 pub use gateway::{GatewaySpec, RawGateway};
 pub use guide::{RawGuide, plan_id};
 pub use identity::RawIdentity;
@@ -73,6 +75,8 @@ pub struct Scene {
     pub plan: plan::PlanSpec,
     /// Whose examination it is, as far as the scene says so.
     pub identity: Option<RawIdentity>,
+    /// Organs that the tube moves; `None`: nothing moves.
+    pub tissue: Option<TissueSpec>,
     /// Who samples the volume.
     pub render: Render,
     /// What is recorded; `None` starts no recorder.

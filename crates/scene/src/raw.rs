@@ -20,6 +20,7 @@ use super::priorities::Priorities;
 use super::recording::RawRecording;
 use super::sampling::Render;
 use super::steps::RawSteps;
+use super::tissue::RawTissue;
 use super::tracking::raw::{
     RawCalibrationFile, RawEmitterSource, RawMarkerSource, RawRegistrationFile, RawSequence, RawSmoothing,
 };
@@ -70,6 +71,9 @@ pub struct RawScene {
     /// `[gateway]`; absent: no other program is served.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gateway: Option<RawGateway>,
+    /// `[tissue]`; absent: organs are shown where the examination has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tissue: Option<RawTissue>,
     /// `[pacs]`; absent: nobody is named who sends examinations.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pacs: Option<RawPacs>,
@@ -365,6 +369,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
     let files = files
         .into_iter()
         .chain(plan.into_iter().flatten())
+        .chain([scene.tissue.as_mut().and_then(|tissue| tissue.organs.as_mut())])
         .chain(steps.into_iter().flatten());
     let roms = scene
         .localizer

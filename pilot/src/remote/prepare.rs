@@ -92,7 +92,7 @@ fn absolute(path: &Path) -> PathBuf {
 fn scene(facts: &RemoteFacts, record: bool) -> Result<(Source, Scene), SceneError> {
     let mut source = raw::parse(&facts.scene, Path::new("scene.toml"))?;
     let scene = &mut source.scene;
-    (scene.gateway, scene.steps, scene.pacs) = (None, None, None);
+    (scene.gateway, scene.steps, scene.pacs, scene.tissue) = (None, None, None, None);
     if let Some(plan) = scene.plan.as_mut() {
         plan.labels = None;
     }

@@ -16,7 +16,7 @@ use scene::{Limits, WindowLevel};
 /// Stage times are ns on the run's clock.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameStamp/2")]
+#[type_name("trocar/FrameStamp/3")]
 pub struct FrameStamp {
     /// Sequence number of the pose shown.
     pub seq: u64,
@@ -45,9 +45,17 @@ pub struct FrameStamp {
     /// 1 where the pose comes out of a recording, 2 where time is simulated; 0 is the present. Whoever shows such an image says
     /// so, whatever its state.
     pub replay: u32,
+    /// Of the tissue that is shown: [`super::TissueHeader::seq`].
+    pub tissue_seq: u64,
+    /// Its mesh: the first eight bytes of its id; 0 where none is known.
+    pub tissue_mesh: u64,
+    /// Code of a [`super::TissueShown`]: what of the tissue the image shows.
+    pub tissue: u32,
+    /// Always 0.
+    pub spare: u32,
 }
 
-const _: () = assert!(size_of::<FrameStamp>() == 112 && align_of::<FrameStamp>() == 8);
+const _: () = assert!(size_of::<FrameStamp>() == 136 && align_of::<FrameStamp>() == 8);
 
 /// What an image claims about the present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -246,7 +254,7 @@ impl ImagePlane {
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/3")]
+#[type_name("trocar/FrameHeader/4")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,
@@ -258,7 +266,7 @@ pub struct FrameHeader {
     pub height: u32,
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 216);
+const _: () = assert!(size_of::<FrameHeader>() == 240);
 
 impl FrameHeader {
     /// Where in the patient the pixels lie, bit for bit as the renderer placed them; `None` where no pose ever did, and nothing may be

@@ -1,15 +1,15 @@
 //! The services of a run, made before anybody joins.
 
 use super::places::{Crowded, Places};
-use super::{command, event_service, frame, stream, us_image, volume};
+use super::{command, event_service, frame, headed, stream, volume};
 use crate::message::{
     ClockLaw, EmitterFrame, Event, FrameStamp, Guide, Heartbeat, Identity, MarkerFrame, Plan, Steps, Timeline,
-    ToolPose, Workflow,
+    TissueHeader, TissueMeshHeader, ToolPose, UsImageHeader, Workflow,
 };
 use crate::node::patiently;
 use crate::topic::{
     COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, MARKERS,
-    PLAN, SESSION_CLOCK, STEPS, TIMELINE, TOOL_POSE, Topic, VIEW_FRAME, WORKFLOW,
+    PLAN, SESSION_CLOCK, STEPS, TIMELINE, TISSUE, TISSUE_MESH, TOOL_POSE, Topic, US_IMAGE, VIEW_FRAME, WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -33,6 +33,8 @@ pub struct Members<'a> {
     pub is_planning: bool,
     /// Whether calibration, registration and check are guided.
     pub has_steps: bool,
+    /// Whether organs move with the tube.
+    pub has_tissue: bool,
 }
 
 /// Every service of a run, held open by its pilot for as long as the run lasts. Whoever is killed while it makes a service
@@ -54,7 +56,7 @@ impl Services {
         keep_stream::<ToolPose>(&mut kept, bus, &TOOL_POSE, "")?;
         keep_stream::<EmitterFrame>(&mut kept, bus, &EMITTERS, "")?;
         keep_stream::<MarkerFrame>(&mut kept, bus, &MARKERS, "")?;
-        keep(&mut kept, bus, || us_image::service(bus))?;
+        keep(&mut kept, bus, || headed::service::<UsImageHeader, u8>(bus, &US_IMAGE))?;
         keep_stream::<ToolPose>(&mut kept, bus, &GROUND_TRUTH, "")?;
         keep_stream::<Event>(&mut kept, bus, &EVENT, "pilot")?;
         keep_stream::<Guide>(&mut kept, bus, &GUIDE, "")?;
@@ -68,6 +70,13 @@ impl Services {
         }
         if members.has_steps {
             keep_stream::<Steps>(&mut kept, bus, &STEPS, "")?;
+        }
+        if members.has_tissue {
+            keep(&mut kept, bus, || {
+                headed::service::<TissueMeshHeader, u8>(bus, &TISSUE_MESH)
+            })?;
+            keep(&mut kept, bus, || headed::service::<TissueHeader, f32>(bus, &TISSUE))?;
+            keep(&mut kept, bus, || event_service(bus, &TISSUE, TISSUE.name))?;
         }
         if members.is_planning {
             keep_stream::<Plan>(&mut kept, bus, &PLAN, "")?;

@@ -1,34 +1,13 @@
 //! Ultrasound images: grey values behind their header.
 
-use iceoryx2::port::publisher::Publisher as IoxPublisher;
-use iceoryx2::port::subscriber::Subscriber as IoxSubscriber;
-use iceoryx2::port::update_connections::UpdateConnections as _;
-use iceoryx2::sample::Sample;
-use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-
-use super::places::take_place;
-use super::{limited, open_error, service_name, transfer_error};
+use super::headed::{Headed, HeadedPublisher, HeadedSubscriber};
 use crate::message::UsImageHeader;
-use crate::node::{Ipc, patiently};
 use crate::topic::US_IMAGE;
 use crate::{Bus, BusError};
 
-pub(super) fn service(bus: &Bus) -> Result<PortFactory<Ipc, [u8], UsImageHeader>, BusError> {
-    let builder = bus
-        .node
-        .service_builder(&service_name(US_IMAGE.name)?)
-        .publish_subscribe::<[u8]>()
-        .user_header::<UsImageHeader>();
-    limited(builder, &US_IMAGE)
-        .open_or_create()
-        .map_err(open_error(US_IMAGE.name, "join"))
-}
-
 /// The one who delivers the images of a probe.
 #[derive(Debug)]
-pub struct UsImagePublisher {
-    port: IoxPublisher<Ipc, [u8], UsImageHeader>,
-}
+pub struct UsImagePublisher(HeadedPublisher<UsImageHeader, u8>);
 
 impl UsImagePublisher {
     /// Becomes the publisher, with images of up to `pixels`.
@@ -36,14 +15,7 @@ impl UsImagePublisher {
     /// # Errors
     /// [`BusError::Open`], also where another process publishes already.
     pub fn open(bus: &Bus, pixels: usize) -> Result<Self, BusError> {
-        patiently(bus, || {
-            let port = service(bus)?
-                .publisher_builder()
-                .initial_max_slice_len(pixels.min(UsImageHeader::MOST_PIXELS))
-                .create()
-                .map_err(open_error(US_IMAGE.name, "publish"))?;
-            Ok(Self { port })
-        })
+        HeadedPublisher::open(bus, &US_IMAGE, pixels.min(UsImageHeader::MOST_PIXELS)).map(Self)
     }
 
     /// Publishes an image; `grey` holds `width * height` bytes.
@@ -51,33 +23,22 @@ impl UsImagePublisher {
     /// # Errors
     /// [`BusError::Transfer`].
     pub fn send(&self, header: UsImageHeader, grey: &[u8]) -> Result<(), BusError> {
-        let sample = self
-            .port
-            .loan_slice_uninit(grey.len())
-            .map_err(transfer_error(US_IMAGE.name, "taking memory"))?;
-        let mut sample = sample.write_from_slice(grey);
-        *sample.user_header_mut() = header;
-        sample.send().map_err(transfer_error(US_IMAGE.name, "publishing"))?;
-        Ok(())
+        self.0.send(header, grey)
     }
 
     /// Gives late joiners the last image, also while none comes.
     pub fn serve_late_joiners(&self) {
-        let _ = self.port.update_connections();
+        self.0.serve_late_joiners();
     }
 }
 
 /// One who takes the images.
 #[derive(Debug)]
-pub struct UsImageSubscriber {
-    port: IoxSubscriber<Ipc, [u8], UsImageHeader>,
-}
+pub struct UsImageSubscriber(HeadedSubscriber<UsImageHeader, u8>);
 
 /// An image in shared memory.
 #[derive(Debug)]
-pub struct UsImage {
-    sample: Sample<Ipc, [u8], UsImageHeader>,
-}
+pub struct UsImage(Headed<UsImageHeader, u8>);
 
 impl UsImageSubscriber {
     /// Subscribes, with room for as many unread images as the topic allows; older ones give way.
@@ -85,14 +46,7 @@ impl UsImageSubscriber {
     /// # Errors
     /// [`BusError::Open`].
     pub fn open(bus: &Bus) -> Result<Self, BusError> {
-        patiently(bus, || {
-            let service = service(bus)?;
-            let port = take_place((bus, &service), (US_IMAGE.name, "subscribe"), |service| {
-                let builder = service.subscriber_builder().buffer_size(US_IMAGE.buffer);
-                builder.history_request(US_IMAGE.history).create()
-            })?;
-            Ok(Self { port })
-        })
+        HeadedSubscriber::open(bus, &US_IMAGE, US_IMAGE.buffer).map(Self)
     }
 
     /// The next unread image. One whose grey values are not those of its header is passed over.
@@ -100,30 +54,24 @@ impl UsImageSubscriber {
     /// # Errors
     /// [`BusError::Transfer`].
     pub fn next(&self) -> Result<Option<UsImage>, BusError> {
-        loop {
-            let sample = self
-                .port
-                .receive()
-                .map_err(transfer_error(US_IMAGE.name, "receiving"))?;
-            let Some(image) = sample.map(|sample| UsImage { sample }) else {
-                return Ok(None);
-            };
+        while let Some(image) = self.0.next()?.map(UsImage) {
             if image.header().pixels() == Some(image.grey().len()) {
                 return Ok(Some(image));
             }
         }
+        Ok(None)
     }
 }
 
 impl UsImage {
     /// What it is of.
     pub fn header(&self) -> &UsImageHeader {
-        self.sample.user_header()
+        self.0.header()
     }
 
     /// Its grey values, row by row from the top.
     pub fn grey(&self) -> &[u8] {
-        self.sample.payload()
+        self.0.values()
     }
 }
 

@@ -1,0 +1,279 @@
+//! Where a tube has moved organs, for one pose, and what certifies it.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Travels in front of the places of all nodes: three `f32` a node, mm in the mesh's own frame (see
+/// [`super::TissueMesh`]), organ by organ. None where there is no state for the pose.
+///
+/// On the wire: numbers only. Read it through [`TissueHeader::state_of`].
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+#[type_name("trocar/TissueHeader/1")]
+pub struct TissueHeader {
+    /// Counts the states of a run from 1.
+    pub seq: u64,
+    /// The pose that it answers: [`super::ToolPose::seq`].
+    pub pose_seq: u64,
+    /// When that pose was captured, ns on the run's clock.
+    pub t_capture_ns: i64,
+    /// When this was published, ns on the run's clock.
+    pub t_publish_ns: i64,
+    /// The registration that the pose rests on.
+    pub registration_id: u64,
+    /// The mesh that the nodes are of.
+    pub mesh_id: [u8; 32],
+    /// Which second derivatives served, counted from 1: with the poses it fixes the bits.
+    pub factor: u64,
+    /// Free forces over the forces of contact.
+    pub residual: f64,
+    /// What further steps would move, mm: an estimate of the algebraic part of the error alone.
+    pub unsettled_mm: f64,
+    /// The way that is left to the pose, mm: above 0 while the model catches up.
+    pub left_mm: f64,
+    /// What the tissue does to the tube, N, in the CT's axes.
+    pub force: [f64; 3],
+    /// Its moment about the tip, N mm, in the CT's axes.
+    pub moment: [f64; 3],
+    /// The deepest point of a surface in the tube, mm.
+    pub depth_mm: f64,
+    /// The least determinant of the deformation gradient at the points of the elements.
+    pub least_determinant: f64,
+    /// Energy of the model, N mm.
+    pub energy: f64,
+    /// Steps made.
+    pub steps: u32,
+    /// Code of a [`TissueState`].
+    pub state: u32,
+}
+
+const _: () = assert!(size_of::<TissueHeader>() == 184 && align_of::<TissueHeader>() == 8);
+
+/// How far a state came. Only of [`TissueState::Settled`] and [`TissueState::Approximate`] the tube is where the pose says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TissueState {
+    /// Forces balance and no point is deeper than allowed.
+    Settled,
+    /// At the pose, but forces do not balance within the steps of a frame, or points are too deep.
+    Approximate,
+    /// On its way to the pose.
+    CatchingUp,
+    /// The model does not bear the pose; the process says why in its note.
+    Refused,
+    /// There is no pose.
+    Lost,
+}
+
+/// What of the tissue an image shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum TissueShown {
+    /// The scene has none.
+    #[default]
+    None,
+    /// Organs where a settled state has them.
+    Settled,
+    /// Organs where a state has them that is not settled: the image says so.
+    Approximate,
+    /// The CT as it was taken, as there is no state for the pose in time: the image says so.
+    Late,
+    /// The same, as the model is on its way to the pose: the image says so.
+    CatchingUp,
+    /// The same, as the model does not bear the pose: the image says so.
+    Refused,
+    /// The CT as it was taken, as a person, or the kind of view, wants it: the image says so.
+    Rigid,
+}
+
+/// Why a state is none.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TissueError {
+    /// A code that no version has.
+    #[error("tissue {seq}: state {found}; known are 0 to 4")]
+    State {
+        /// The state's number.
+        seq: u64,
+        /// The code.
+        found: u32,
+    },
+    /// Nodes of another mesh.
+    #[error("tissue {seq}: of mesh {found}; that in use is {expected}")]
+    Mesh {
+        /// The state's number.
+        seq: u64,
+        /// Its mesh.
+        found: String,
+        /// The mesh that is known.
+        expected: String,
+    },
+    /// Too few or too many places.
+    #[error("tissue {seq}: {found} coordinates; the mesh has {expected}")]
+    Nodes {
+        /// The state's number.
+        seq: u64,
+        /// Coordinates found.
+        found: usize,
+        /// Three for each node.
+        expected: usize,
+    },
+    /// A coordinate that is no number, or farther than any patient.
+    #[error("tissue {seq}: coordinate {at} is {found} mm; at most {most} mm are allowed")]
+    Place {
+        /// The state's number.
+        seq: u64,
+        /// Which, from 0.
+        at: usize,
+        /// Its value.
+        found: f32,
+        /// The most.
+        most: f32,
+    },
+}
+
+/// No node lies farther from the mesh's origin along an axis, mm.
+const FARTHEST_MM: f32 = 1e4;
+
+impl TissueState {
+    const ALL: [Self; 5] = [
+        Self::Settled,
+        Self::Approximate,
+        Self::CatchingUp,
+        Self::Refused,
+        Self::Lost,
+    ];
+
+    /// The code on the wire.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// Whether the nodes are of the pose.
+    pub const fn is_of_pose(self) -> bool {
+        matches!(self, Self::Settled | Self::Approximate)
+    }
+}
+
+impl TissueShown {
+    /// All, in the order of their codes.
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Settled,
+        Self::Approximate,
+        Self::Late,
+        Self::CatchingUp,
+        Self::Refused,
+        Self::Rigid,
+    ];
+
+    /// The code in a stamp.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// What has this code.
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.get(code as usize).copied()
+    }
+
+    /// A word for reports and PNGs.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Settled => "settled",
+            Self::Approximate => "approximate",
+            Self::Late => "late",
+            Self::CatchingUp => "catching up",
+            Self::Refused => "refused",
+            Self::Rigid => "rigid",
+        }
+    }
+}
+
+impl TissueHeader {
+    /// How far it came.
+    ///
+    /// # Errors
+    /// [`TissueError::State`].
+    pub fn state_of(&self) -> Result<TissueState, TissueError> {
+        let (seq, found) = (self.seq, self.state);
+        let state = TissueState::ALL.get(found as usize).copied();
+        state.ok_or(TissueError::State { seq, found })
+    }
+
+    /// The places of the nodes of a mesh of this id with so many nodes: the door from the bus to a picture.
+    ///
+    /// # Errors
+    /// [`TissueError`]: of another mesh, too few or too many, a coordinate that is no place in a patient.
+    pub fn places<'a>(&self, values: &'a [f32], (id, nodes): (&[u8; 32], usize)) -> Result<&'a [[f32; 3]], TissueError> {
+        let seq = self.seq;
+        if self.mesh_id != *id {
+            let name = |id: &[u8; 32]| id[..4].iter().map(|b| format!("{b:02x}")).collect::<String>();
+            return Err(TissueError::Mesh {
+                seq,
+                found: name(&self.mesh_id),
+                expected: name(id),
+            });
+        }
+        if values.len() != 3 * nodes {
+            return Err(TissueError::Nodes {
+                seq,
+                found: values.len(),
+                expected: 3 * nodes,
+            });
+        }
+        // Negated as a whole: what is no number is far as well.
+        if let Some(at) = values.iter().position(|x| !(x.abs() <= FARTHEST_MM)) {
+            return Err(TissueError::Place {
+                seq,
+                at,
+                found: values[at],
+                most: FARTHEST_MM,
+            });
+        }
+        Ok(bytemuck::cast_slice(values))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_come_back_and_no_other_is_taken() {
+        for state in TissueState::ALL {
+            let header = TissueHeader {
+                state: state.code(),
+                ..TissueHeader::default()
+            };
+            assert_eq!(header.state_of(), Ok(state));
+        }
+        for shown in TissueShown::ALL {
+            assert_eq!(TissueShown::from_code(shown.code()), Some(shown));
+        }
+        let unknown = TissueHeader {
+            state: 5,
+            ..TissueHeader::default()
+        };
+        assert!(unknown.state_of().unwrap_err().to_string().contains("state 5"));
+        assert_eq!(TissueShown::from_code(7), None);
+    }
+
+    #[test]
+    fn places_are_of_the_mesh_in_use_whole_and_in_a_patient() {
+        let header = TissueHeader {
+            seq: 7,
+            mesh_id: [3; 32],
+            ..TissueHeader::default()
+        };
+        let good = [1.0, 2.0, 3.0, -4.0, 5.0, 1e4];
+        let taken = header.places(&good, (&[3; 32], 2)).unwrap();
+        assert_eq!(taken, [[1.0, 2.0, 3.0], [-4.0, 5.0, 1e4]]);
+        let why = |values: &[f32], id, nodes| header.places(values, (&id, nodes)).unwrap_err().to_string();
+        assert!(why(&good, [4; 32], 2).contains("of mesh 03030303; that in use is 04040404"));
+        assert!(why(&good[..5], [3; 32], 2).contains("5 coordinates; the mesh has 6"));
+        assert!(why(&good, [3; 32], 1).contains("6 coordinates; the mesh has 3"));
+        for bad in [f32::NAN, f32::INFINITY, -1.1e4] {
+            let mut values = good;
+            values[4] = bad;
+            assert!(why(&values, [3; 32], 2).contains("coordinate 4"), "{bad}");
+        }
+    }
+}
