@@ -29,6 +29,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("bus", 2),
     ("echo", 2),
     ("hand", 2),
+    ("organs", 2),
     ("probe", 2),
     ("surface-registration", 2),
     ("calib-cli", 3),
@@ -81,6 +82,19 @@ const SPARE: &[(&str, &[&str])] = &[
     ("geometry", &["nalgebra", "serde"]),
     ("igtl", &["thiserror"]),
     ("ndi", &["thiserror"]),
+    (
+        "organs",
+        &[
+            "geometry",
+            "nalgebra",
+            "scene",
+            "serde",
+            "sha2",
+            "simulation",
+            "thiserror",
+            "toml",
+        ],
+    ),
 ];
 
 /// The longest file, lines: a thought may need more than a screen, and no more than a few.

@@ -42,7 +42,9 @@ pub mod uncertain;
 
 pub use affine::Affine;
 pub use checked::DoorError;
-pub use frame::{Base, Ct, Frame, Image, Marker, Model, Named, Phantom, Pointer, Probe, Reference, Tool, Tracker, Voxel};
+pub use frame::{
+    Base, Ct, Frame, Image, Marker, Model, Named, Phantom, Pointer, Probe, Reference, Tool, Tracker, Voxel,
+};
 pub use grid::{GridError, MAX_DIM, MAX_VOXELS, VolumeGrid};
 pub use letters::letters;
 pub use plane::{PlaneError, Projected, SlicePlane};

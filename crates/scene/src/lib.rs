@@ -34,7 +34,6 @@ use std::time::Duration;
 use geometry::{Ct, Point, Rigid, Tracker};
 
 pub use error::{Invalid, SceneError};
-pub use tissue::{RawTissue, TissueSpec};
 pub use gateway::{GatewaySpec, RawGateway};
 pub use guide::{RawGuide, plan_id};
 pub use identity::RawIdentity;
@@ -44,6 +43,7 @@ pub use priorities::Priorities;
 pub use raw::{Drawn, Extent, Plane, Up};
 pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
+pub use tissue::{RawTissue, TissueSpec};
 pub use view::{Surface, View, WindowLevel};
 pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
 pub use workflow::{Demands, RawWorkflow};

@@ -79,7 +79,12 @@ fn spec(raw: &RawTissue) -> Checked<TissueSpec> {
     let late_ms = number("tissue.late_ms", raw.late_ms, 1.0..=10_000.0, "ms")?;
     Ok(TissueSpec {
         organs: PathBuf::from(organs),
-        tolerance: number("tissue.tolerance", raw.tolerance, 1e-10..=0.1, "of the forces of contact")?,
+        tolerance: number(
+            "tissue.tolerance",
+            raw.tolerance,
+            1e-10..=0.1,
+            "of the forces of contact",
+        )?,
         most_steps: raw.most_steps,
         refresh_mm: number("tissue.refresh_mm", raw.refresh_mm, 0.01..=100.0, "mm")?,
         delay: raw.delay,

@@ -202,7 +202,11 @@ impl TissueHeader {
     ///
     /// # Errors
     /// [`TissueError`]: of another mesh, too few or too many, a coordinate that is no place in a patient.
-    pub fn places<'a>(&self, values: &'a [f32], (id, nodes): (&[u8; 32], usize)) -> Result<&'a [[f32; 3]], TissueError> {
+    pub fn places<'a>(
+        &self,
+        values: &'a [f32],
+        (id, nodes): (&[u8; 32], usize),
+    ) -> Result<&'a [[f32; 3]], TissueError> {
         let seq = self.seq;
         if self.mesh_id != *id {
             let name = |id: &[u8; 32]| id[..4].iter().map(|b| format!("{b:02x}")).collect::<String>();

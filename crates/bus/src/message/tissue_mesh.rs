@@ -233,9 +233,32 @@ mod tests {
         };
         (0..bytes.len()).for_each(|at| assert!(why(header, &bytes[..at]).contains("are left"), "{at}"));
         assert!(why(header, &[&bytes[..], &[0]].concat()).contains("1 bytes behind"));
-        assert!(why(TissueMeshHeader { organs: u64::MAX, ..header }, &bytes).contains("organs is"));
-        assert!(why(TissueMeshHeader { q: [0.9, 0.0, 0.0, 0.0], ..header }, &bytes).contains("quaternion"));
-        for (at, what) in [(32, "nodes"), (36, "cubes"), (40, "values of its region"), (48, "values of its region")] {
+        assert!(
+            why(
+                TissueMeshHeader {
+                    organs: u64::MAX,
+                    ..header
+                },
+                &bytes
+            )
+            .contains("organs is")
+        );
+        assert!(
+            why(
+                TissueMeshHeader {
+                    q: [0.9, 0.0, 0.0, 0.0],
+                    ..header
+                },
+                &bytes
+            )
+            .contains("quaternion")
+        );
+        for (at, what) in [
+            (32, "nodes"),
+            (36, "cubes"),
+            (40, "values of its region"),
+            (48, "values of its region"),
+        ] {
             let mut other = bytes.clone();
             other[at..at + 4].copy_from_slice(&u32::MAX.to_le_bytes());
             assert!(why(header, &other).contains(what), "{at}: {}", why(header, &other));

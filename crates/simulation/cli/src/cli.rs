@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+use organs::read;
 
 use crate::model::Model;
 use crate::output::{self, Plan};
-use crate::scene::{Source, is_of_space, read};
+use crate::scene::{Source, is_of_space};
 use crate::space::{ReadLabels, Space};
 use crate::{run, words};
 

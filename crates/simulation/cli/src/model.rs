@@ -18,7 +18,7 @@ use simulation::constraint::Link;
 use simulation::system::System;
 
 use crate::scene::raw::{RawLaw, RawOverlaps, RawScene, RawWalls};
-use crate::scene::{Checked, finite, invalid, named, pair, positive, short_name, within};
+use crate::scene::{Checked, finite, invalid, named, names, pair, positive, short_name, title, within};
 use force::Lever;
 pub(crate) use separate::Separated;
 pub(crate) use steps::{Move, Moving, Step};
@@ -177,26 +177,6 @@ fn kept(model: &Model) -> Checked<()> {
             format!("at most {MOST_KEPT} numbers in all states together"),
         )
     })
-}
-
-/// A title fits above a picture.
-pub(crate) fn title(text: &str) -> Checked<()> {
-    let good = (1..=100).contains(&text.chars().count()) && !text.chars().any(char::is_control);
-    good.then_some(())
-        .ok_or_else(|| invalid("title", format!("{text:?}"), "1 to 100 characters on one line"))
-}
-
-/// Names are short, and each stands once.
-pub(crate) fn names<'a>(table: &str, all: impl Iterator<Item = &'a str>) -> Checked<()> {
-    let mut seen = std::collections::BTreeSet::new();
-    for (k, name) in all.enumerate() {
-        let key = format!("{table}.{k}.name");
-        short_name(&key, name)?;
-        if !seen.insert(name) {
-            return Err(invalid(key, format!("{name:?} a second time"), "a name of its own"));
-        }
-    }
-    Ok(())
 }
 
 /// The largest stiffness of a solid; without one, so much that the weight of all dents it by a tenth of the size.

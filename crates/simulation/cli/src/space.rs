@@ -1,36 +1,23 @@
 //! Scenes of solids in space: organs of a label map, pushed by a rigid tube.
 //!
-//! Read in three steps: the raw shape ([`raw`]), the [`plan`] whose every value can be used, and with the label map the
-//! [`model`]. A [`run`] goes from state to state; [`output`] writes pictures and report.
+//! The crate `organs` reads the file and makes the [`Model`] of it with its label map. A [`run`] goes from state to state; [`output`] writes pictures and report.
 
-mod body;
 mod draw;
 mod errors;
-mod hold;
-mod labels;
-mod model;
 mod output;
-mod plan;
-pub(crate) mod raw;
 mod report;
 mod run;
-mod sha;
-mod target;
 #[cfg(test)]
 mod tests;
-mod way;
 mod words;
 
 use std::path::{Path, PathBuf};
 
 use bus::volume::OwnedVolume;
+use organs::numbers::invalid;
+use organs::{Labels, Model, Parsed, Plan, RawSpaceScene, sha};
 
-use crate::scene::{Checked, Parsed, invalid};
 use errors::Said;
-use labels::Labels;
-use model::Model;
-use plan::Plan;
-use raw::RawSpaceScene;
 use report::{Origin, Whole};
 use run::Run;
 
@@ -84,27 +71,6 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Headers whose voxels lie in another file.
-const DETACHED: [&str; 4] = ["mhd", "nhdr", "hdr", "img"];
-
-/// Refuses another label map than the one that a scene names by its SHA-256.
-fn pinned(plan: &Plan, path: &Path, found: Option<&str>) -> Checked<()> {
-    match &plan.labels_sha256 {
-        Some(wanted) if found != Some(wanted) => {
-            let found = found.map_or("not one file that holds the voxels".to_owned(), |found| {
-                format!("a file of {found}")
-            });
-            let allowed = format!("the file of {wanted}; leave the key out to take any");
-            Err(invalid(
-                "space.labels_sha256",
-                format!("{}: {found}", path.display()),
-                allowed,
-            ))
-        }
-        _ => Ok(()),
-    }
-}
-
 impl Space {
     /// Reads a scene and its label map: `instead` of the one that it names, where there is one.
     ///
@@ -127,17 +93,11 @@ impl Space {
             refused(invalid("space.labels", format!("{}: {found}", path.display()), allowed))
         };
         let volume = read(&path).map_err(|error| why(error.to_string()))?;
-        let labels = Labels::new(&volume).map_err(|error| why(error.to_string()))?;
-        // Voxels in a file of their own are not in the hash of their header.
-        let detached = path
-            .extension()
-            .is_some_and(|last| DETACHED.iter().any(|one| last.eq_ignore_ascii_case(one)));
-        let labels_sha256 = if detached {
-            None
-        } else {
-            sha::of_file(&path).map_err(|error| why(error.to_string()))?
-        };
-        pinned(&plan, &path, labels_sha256.as_deref()).map_err(refused)?;
+        let slice = |z, out: &mut [i16]| volume.view().slice(z, out);
+        let labels = Labels::new(&volume.grid, volume.hash.to_string(), slice);
+        let labels = labels.map_err(|error| why(error.to_string()))?;
+        let labels_sha256 = sha::of_labels(&path).map_err(|error| why(error.to_string()))?;
+        sha::pinned(plan.labels_sha256.as_deref(), &path, labels_sha256.as_deref()).map_err(refused)?;
         let model = Model::new(&plan, &labels).map_err(refused)?;
         let origin = Origin {
             path: scene.display().to_string(),

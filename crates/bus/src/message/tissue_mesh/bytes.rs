@@ -21,7 +21,10 @@ pub(super) fn organ_bytes(organ: &MeshOrgan, bytes: &mut Vec<u8>) {
         bytes.extend(x.to_le_bytes());
     }
     for cube in &organ.cubes {
-        cube.low.iter().chain([&cube.side]).for_each(|x| bytes.extend(x.to_le_bytes()));
+        cube.low
+            .iter()
+            .chain([&cube.side])
+            .for_each(|x| bytes.extend(x.to_le_bytes()));
         cube.nodes.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
     }
     organ.region.iter().for_each(|v| bytes.extend(v.to_le_bytes()));

@@ -327,14 +327,14 @@ fn what_is_no_text_or_too_long_is_refused() {
     let file = |bytes: &[u8]| {
         let path = folder.path().join("scene.toml");
         std::fs::write(&path, bytes).unwrap();
-        crate::scene::read(&path).unwrap_err().to_string()
+        organs::read(&path).unwrap_err().to_string()
     };
     let error = file(b"title = \"a\"\nunits = \"\xff\"\n");
     assert!(error.contains("line 2") && error.contains("not UTF-8"), "{error}");
     let error = file(&vec![b'#'; (4 << 20) + 1]);
     assert!(error.contains("4194305 bytes; at most 4194304"), "{error}");
     assert!(
-        crate::scene::read(Path::new("/no/such.toml"))
+        organs::read(Path::new("/no/such.toml"))
             .unwrap_err()
             .to_string()
             .contains("/no/such.toml")

@@ -1,5 +1,6 @@
 //! The scene file as it is written: every key known, every type right, nothing else checked.
 
+pub(crate) use organs::raw::RawUnits;
 use serde::Deserialize;
 
 /// A point or a vector.
@@ -39,16 +40,6 @@ pub(crate) struct RawScene {
     /// `[output]`
     #[serde(default)]
     pub(crate) output: RawOutput,
-}
-
-/// `[units]`: names only. Numbers are in them as they stand.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct RawUnits {
-    /// Of every length.
-    pub(crate) length: String,
-    /// Of Young's moduli. Weights are stress by length; forces, of a unit of depth, stress times length.
-    pub(crate) stress: String,
 }
 
 /// `[[materials]]`

@@ -11,6 +11,7 @@ mod tests;
 
 use geometry::SlicePlane;
 use nalgebra::Vector3;
+use organs::raw::RawSpaceField;
 use picture::{Anchor, Canvas, Rgb};
 use simulation::space::tube::Tube;
 
@@ -22,7 +23,6 @@ use cut::Cut;
 use lattice::{Lattice, Moved};
 use skin::{Samples, Skin};
 
-use super::raw::RawSpaceField;
 use super::run::{is_minimum, stability};
 use crate::draw::view::short;
 

@@ -7,11 +7,9 @@ mod finer;
 mod spread;
 
 use nalgebra::Vector3;
+use organs::{Labels, Model, Plan};
 use simulation::space::equilibrium::{Tolerance, settle};
 
-use super::labels::Labels;
-use super::model::Model;
-use super::plan::Plan;
 use super::run::{self, Run, State, is_minimum};
 use crate::run::Stopwatch;
 pub(super) use algebraic::Algebraic;

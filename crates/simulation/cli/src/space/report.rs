@@ -4,15 +4,13 @@ mod errors;
 mod state;
 
 use nalgebra::Vector3;
+use organs::body::Body;
+use organs::hold::How;
+use organs::{Labels, Model, Plan};
 use serde::Serialize;
 use simulation::space::cells::Facts;
 
-use super::body::Body;
 use super::errors::Said;
-use super::hold::How;
-use super::labels::Labels;
-use super::model::Model;
-use super::plan::Plan;
 use super::run::Run;
 use super::words;
 use errors::ErrorsRecord;
@@ -252,7 +250,7 @@ impl<'a> Report<'a> {
     }
 }
 
-fn target_record<'a>(model: &'a Model, target: &'a super::target::Target) -> TargetRecord<'a> {
+fn target_record<'a>(model: &'a Model, target: &'a organs::Target) -> TargetRecord<'a> {
     TargetRecord {
         name: &target.name,
         organ: &model.bodies[target.body].name,
@@ -260,7 +258,7 @@ fn target_record<'a>(model: &'a Model, target: &'a super::target::Target) -> Tar
     }
 }
 
-fn organ_record<'a>(body: &'a Body, organ: &'a super::plan::Organ) -> OrganRecord<'a> {
+fn organ_record<'a>(body: &'a Body, organ: &'a organs::plan::Organ) -> OrganRecord<'a> {
     let facts: &Facts = &body.facts;
     let (filled, open) = if facts.filled {
         (facts.holes, 0)
@@ -298,7 +296,7 @@ fn organ_record<'a>(body: &'a Body, organ: &'a super::plan::Organ) -> OrganRecor
 }
 
 fn held(model: &Model) -> Vec<HeldRecord<'_>> {
-    let one = |held: &'_ super::hold::Held| {
+    let one = |held: &'_ organs::hold::Held| {
         let (how, count, area, stiffness) = match held.how {
             How::Nodes(count) => ("fixed nodes", count, None, None),
             How::Springs {

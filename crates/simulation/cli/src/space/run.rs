@@ -3,13 +3,11 @@
 mod search;
 
 use nalgebra::Vector3;
+use organs::{Labels, Model, Plan};
 use simulation::control::{Newton, Potential, Settings};
 use simulation::space::equilibrium::{Equilibrium, NoEquilibrium};
 use simulation::sparse::Dissection;
 
-use super::labels::Labels;
-use super::model::Model;
-use super::plan::Plan;
 use crate::output::OutputError;
 use crate::run::Stopwatch;
 use search::Search;

@@ -3,13 +3,11 @@
 use std::fmt::Write;
 
 use nalgebra::Vector3;
+use organs::hold::How;
+use organs::{Labels, Model, Plan};
 use simulation::space::cells::{Field, LabelField};
 
 use super::errors::{Finer, Said};
-use super::hold::How;
-use super::labels::Labels;
-use super::model::Model;
-use super::plan::Plan;
 use super::run::Run;
 
 /// Places along the tube's way at which the label map is asked, mm apart.

@@ -86,7 +86,10 @@ mod tests {
             ..Settings::of_side(5.0)
         };
         let corners = [Vector3::repeat(-11.0), Vector3::repeat(11.5)];
-        Mesh::new(&ball, corners, &settings, &|low: &Vector3<f64>, _: &Vector3<f64>| low.x > 0.0).unwrap()
+        Mesh::new(&ball, corners, &settings, &|low: &Vector3<f64>, _: &Vector3<f64>| {
+            low.x > 0.0
+        })
+        .unwrap()
     }
 
     #[test]
@@ -95,7 +98,9 @@ mod tests {
         let lattice = mesh.lattice().unwrap();
         let sides: std::collections::BTreeSet<u64> = lattice.cubes.iter().map(|c| c.side.to_bits()).collect();
         assert!(sides.len() == 2 && lattice.places.len() > mesh.nodes.len());
-        let part: Vec<f64> = (0..mesh.unknowns()).map(|k| ((k * 37) % 101) as f64 / 50.0 - 1.0).collect();
+        let part: Vec<f64> = (0..mesh.unknowns())
+            .map(|k| ((k * 37) % 101) as f64 / 50.0 - 1.0)
+            .collect();
         let mut now = Vec::new();
         lattice.displaced(&part, &mut now);
         for cube in &lattice.cubes {
@@ -104,12 +109,21 @@ mod tests {
                 let values = shape::values_27(at);
                 let by_cube: Vector3<f64> = (0..27).map(|k| place(cube.nodes[k]) * values[k]).sum();
                 let rest = cube.low + (Vector3::from(at).add_scalar(1.0)) * (0.5 * cube.side);
-                let moved: Vector3<f64> = mesh.shares(&rest).unwrap().iter().map(|share| {
-                    let first = 3 * share.node as usize;
-                    Vector3::new(part[first], part[first + 1], part[first + 2]) * share.weight
-                }).sum();
+                let moved: Vector3<f64> = mesh
+                    .shares(&rest)
+                    .unwrap()
+                    .iter()
+                    .map(|share| {
+                        let first = 3 * share.node as usize;
+                        Vector3::new(part[first], part[first + 1], part[first + 2]) * share.weight
+                    })
+                    .sum();
                 // Each coordinate of a node is off by half an ulp of 32, as extended nodes go, 2e-6 mm; weights of 27 nodes sum to at most 2 in magnitude.
-                assert!((by_cube - rest - moved).amax() < 1e-5, "{rest} {}", by_cube - rest - moved);
+                assert!(
+                    (by_cube - rest - moved).amax() < 1e-5,
+                    "{rest} {}",
+                    by_cube - rest - moved
+                );
             }
         }
     }

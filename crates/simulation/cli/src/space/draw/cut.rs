@@ -2,13 +2,11 @@
 
 use geometry::{Ct, Point, SlicePlane};
 use nalgebra::Vector3;
+use organs::{Labels, Model, Plan};
 use picture::Rgb;
 use simulation::space::cells::Field;
 use simulation::space::tube::Tube;
 
-use super::super::labels::Labels;
-use super::super::model::Model;
-use super::super::plan::Plan;
 use super::lattice::{Lattice, Moved, TETRAHEDRA, corners};
 use crate::draw::colour::Ramp;
 

@@ -1,11 +1,11 @@
 //! The inside of an organ on a lattice: where each of its places goes, and what a picture shows there.
 
 use nalgebra::{Matrix3, Vector3};
+use organs::body::{Body, displacement};
+use organs::raw::RawSpaceField;
 use simulation::space::cells::Field;
 use simulation::space::law::Material;
 
-use super::super::body::{Body, displacement};
-use super::super::raw::RawSpaceField;
 use super::skin::Samples;
 
 /// Free nodes, with weights, whose weighted displacements are a place's.

@@ -2,11 +2,10 @@
 
 use geometry::{Ct, Direction, SlicePlane, Vector};
 use nalgebra::{Rotation3, Vector3};
+use organs::{Labels, Model};
 use picture::{Canvas, Rgb};
 use surface::{Mesh, ZBuffer};
 
-use super::super::labels::Labels;
-use super::super::model::Model;
 use super::frame;
 use super::skin::{Skin, point};
 

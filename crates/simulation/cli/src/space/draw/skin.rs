@@ -2,12 +2,11 @@
 
 use geometry::{Affine, Ct, Point, Vector, Voxel};
 use nalgebra::Vector3;
+use organs::Labels;
+use organs::body::{Body, displacement};
 use simulation::space::cells::Field;
 use surface::nets::{Lattice, extract};
 use surface::{MOST_TRIANGLES, Mesh};
-
-use super::super::body::{Body, displacement};
-use super::super::labels::Labels;
 
 /// Places of an undeformed surface, the triangles between them, and what moves them.
 #[derive(Debug, Clone)]

@@ -36,7 +36,7 @@ pub(super) fn marks<'a>(whole: &Whole<'a>, state: &State) -> Vec<Mark<'a>> {
         _ => None,
     };
     let each = model.targets.iter().enumerate().filter(|_| state.found.is_some());
-    let mark = |(k, target): (usize, &'a super::super::target::Target)| Mark {
+    let mark = |(k, target): (usize, &'a organs::Target)| Mark {
         name: &target.name,
         at: target.at + labels.turned(&target.moved(&model.system.bodies, &state.a)),
         spread: spread(k),

@@ -1,11 +1,10 @@
 //! The same state in cubes half as large.
 
 use nalgebra::Vector3;
+use organs::{Labels, Model};
 use simulation::space::cells::Mesh;
 use simulation::space::error::{Jumps, SAFETY, Stated, Touching, corrected, taken_over};
 
-use super::super::labels::Labels;
-use super::super::model::Model;
 use super::{At, Base, displacements};
 
 /// Places nearer than this to the tip's are stated by themselves, mm.

@@ -1,9 +1,9 @@
 //! What uncertain numbers of the scene do: each is moved by its standard deviation up and down, and the state found again from the
 //! one at hand.
 
+use organs::plan::Uncertain;
 use simulation::space::error::{Shift, Spread};
 
-use super::super::plan::Uncertain;
 use super::{At, Base};
 use crate::run::Stopwatch;
 

@@ -1,11 +1,11 @@
 //! The three errors in `result.json`. What is not known is words or `null`, never 0.
 
 use nalgebra::{Matrix3, Vector3};
+use organs::Model;
 use serde::Serialize;
 use simulation::space::error::{SAFETY, Spread};
 
 use super::super::errors::{Algebraic, Errors, Finer, Moved, Parameter, REACH, Said};
-use super::super::model::Model;
 use super::triple;
 
 /// The errors, or words that say why there are none.

@@ -1,11 +1,9 @@
 //! A state in `result.json`.
 
+use organs::{Labels, Model, Plan};
 use serde::Serialize;
 use simulation::space::equilibrium::Equilibrium;
 
-use super::super::labels::Labels;
-use super::super::model::Model;
-use super::super::plan::Plan;
 use super::super::run::{State, beside};
 use super::triple;
 

@@ -1,9 +1,8 @@
 //! The equilibrium at a stroke, from that before.
 
+use organs::Model;
 use simulation::control::Newton;
 use simulation::space::equilibrium::{Equilibrium, NoEquilibrium, Tolerance, settle};
-
-use super::super::model::Model;
 
 /// A step that fails is halved so many times.
 const HALVINGS: u32 = 4;

@@ -1,10 +1,10 @@
 //! Targets and the three errors end to end, beside closed forms and draws.
 
 use nalgebra::{Matrix3, Vector3};
+use organs::Plan;
 use serde_json::Value;
 
 use super::super::Space;
-use super::super::plan::Plan;
 use super::super::run;
 use super::READ;
 use super::maps::{SCENE, folder};

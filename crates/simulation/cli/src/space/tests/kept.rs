@@ -45,11 +45,11 @@ fn every_state_is_kept_as_it_is_found() {
 #[test]
 fn a_result_says_where_it_came_from() {
     let (folder, path) = folder(&Matrix3::identity(), 0.0);
-    assert_eq!(super::super::sha::of(b"abc"), ABC);
+    assert_eq!(organs::sha::of(b"abc"), ABC);
     let map = folder.path().join("ball.nii");
-    let sha = super::super::sha::of_file(&map).unwrap().unwrap();
-    assert_eq!(sha, super::super::sha::of(&std::fs::read(&map).unwrap()));
-    assert_eq!(super::super::sha::of_file(folder.path()).unwrap(), None);
+    let sha = organs::sha::of_file(&map).unwrap().unwrap();
+    assert_eq!(sha, organs::sha::of(&std::fs::read(&map).unwrap()));
+    assert_eq!(organs::sha::of_file(folder.path()).unwrap(), None);
     let pinned = |sha: &str| {
         SCENE.replace(
             "labels = \"ball.nii\"",
@@ -78,7 +78,7 @@ fn a_result_says_where_it_came_from() {
     let json: Value = serde_json::from_slice(&std::fs::read(folder.path().join("result.json")).unwrap()).unwrap();
     assert_eq!(json["labels"]["sha256"], sha);
     let text = json["scene"]["text"].as_str().unwrap();
-    assert_eq!(json["scene"]["sha256"], super::super::sha::of(text.as_bytes()));
+    assert_eq!(json["scene"]["sha256"], organs::sha::of(text.as_bytes()));
     let organ = &json["organs"][0];
     assert!(organ["law"] == "neo-hookean" && organ["young"] == 0.01 && organ["poisson"] == 0.45);
     assert!(organ["smoothing"] == 3.0 && organ["cubes"]["levels"] == 1 && organ["young_spread"].is_null());

@@ -3,17 +3,18 @@
 use simulation::space::law::Material;
 
 use super::{Attachment, Organ, Plan};
-use crate::scene::{Checked, invalid, positive};
+use crate::numbers::{Checked, invalid, positive};
 
 /// The largest standard deviation of a logarithm: a factor of e up or down.
 const MOST_LOG: f64 = 1.0;
 
 /// A number with its standard deviation, where one is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in super::super) struct Given {
-    pub(in super::super) value: f64,
-    /// Of Young's moduli that of their logarithm.
-    pub(in super::super) spread: Option<f64>,
+pub struct Given {
+    /// Of Young's moduli N/mm^2.
+    pub value: f64,
+    /// Standard deviation; of Young's moduli that of their logarithm.
+    pub spread: Option<f64>,
 }
 
 /// What an uncertain number is of.
@@ -30,15 +31,16 @@ enum Which {
 
 /// A number of the scene that has a standard deviation.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Uncertain {
+pub struct Uncertain {
     which: Which,
     /// As the scene has it: `organs.0.young`.
-    pub(in super::super) key: String,
+    pub key: String,
     /// For people.
-    pub(in super::super) name: String,
-    pub(in super::super) value: f64,
+    pub name: String,
+    /// Of Young's moduli N/mm^2.
+    pub value: f64,
     /// A standard deviation up, and down.
-    pub(in super::super) moved: [f64; 2],
+    pub moved: [f64; 2],
 }
 
 /// Young's modulus under `prefix`.
@@ -107,7 +109,7 @@ impl Plan {
     }
 
     /// All numbers with a standard deviation.
-    pub(in super::super) fn uncertain(&self) -> Vec<Uncertain> {
+    pub fn uncertain(&self) -> Vec<Uncertain> {
         let each = self.numbers().into_iter().filter_map(|(which, key, name, given)| {
             let (value, s) = (given.value, given.spread?);
             let moved = match which {
@@ -126,13 +128,13 @@ impl Plan {
     }
 
     /// Keys of the numbers that could have a standard deviation and have none.
-    pub(in super::super) fn taken_as_exact(&self) -> Vec<String> {
+    pub fn taken_as_exact(&self) -> Vec<String> {
         let all = self.numbers().into_iter().filter(|n| n.3.spread.is_none());
         all.map(|n| n.1).collect()
     }
 
     /// The same plan with one number moved. `None` where no material has it.
-    pub(in super::super) fn with(&self, one: &Uncertain, value: f64) -> Option<Self> {
+    pub fn with(&self, one: &Uncertain, value: f64) -> Option<Self> {
         let mut plan = self.clone();
         let part = value / one.value;
         match one.which {

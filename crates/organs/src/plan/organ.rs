@@ -8,7 +8,7 @@ use super::super::raw::{RawOrgan, RawParts, RawSpaceLaw};
 use super::Organ;
 use super::numbers::length;
 use super::spread::{poisson, young};
-use crate::scene::{Checked, invalid, within};
+use crate::numbers::{Checked, invalid, within};
 
 /// Cubes of an organ: a scene must not ask for hours without a word.
 const MOST_CUBES: usize = 20_000;

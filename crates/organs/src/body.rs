@@ -7,23 +7,27 @@ use simulation::space::error::halved;
 use super::labels::Labels;
 use super::plan::Organ;
 use super::way::Way;
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// An organ in the model.
 #[derive(Debug, Clone)]
-pub(super) struct Body {
-    pub(super) name: String,
-    pub(super) label: u16,
-    pub(super) field: LabelField,
-    /// The same that its solid has.
-    pub(super) mesh: Mesh,
-    pub(super) facts: Facts,
+pub struct Body {
+    /// For people.
+    pub name: String,
+    /// Of the label map.
+    pub label: u16,
+    /// Negative inside the smoothed surface; places are in the label map's own axes, mm.
+    pub field: LabelField,
+    /// The same that its solid has, in the label map's own axes, mm.
+    pub mesh: Mesh,
+    /// What was found of the label.
+    pub facts: Facts,
 }
 
 impl Body {
     /// # Errors
     /// [`scene::Invalid`] where the label gives no region or its cubes no mesh.
-    pub(super) fn new(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Self> {
+    pub(crate) fn new(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Self> {
         let key = |last: &str| format!("organs.{k}.{last}");
         let field = LabelField::new(&labels.map(), organ.label, &organ.smoothing).map_err(|why| match why {
             NoRegion::Smoothing { .. } | NoRegion::Lost { .. } => invalid(key("smoothing"), why, "less of it"),
@@ -53,7 +57,7 @@ impl Body {
     ///
     /// # Errors
     /// [`NoMesh`], as of too many cubes.
-    pub(super) fn halved(&self, organ: &Organ, way: &Way) -> Result<Self, NoMesh> {
+    pub(crate) fn halved(&self, organ: &Organ, way: &Way) -> Result<Self, NoMesh> {
         let (field, settings) = (&self.field, &organ.settings);
         let mut mesh = halved(&self.mesh, field, field.corners, settings, None)?;
         // As near to one another as on the mesh that it is held against: what changes is the cubes alone.
@@ -63,8 +67,9 @@ impl Body {
     }
 }
 
-/// The displacement that free nodes give a place: `part` is of their organ.
-pub(super) fn displacement(row: &[(u32, f64)], part: &[f64]) -> Vector3<f64> {
+/// The displacement that nodes give a place, mm: `row` is of their numbers, with weights, and `part` the unknowns of their organ,
+/// three of each node.
+pub fn displacement(row: &[(u32, f64)], part: &[f64]) -> Vector3<f64> {
     let each = row.iter().map(|(node, weight)| {
         let first = 3 * *node as usize;
         Vector3::new(part[first], part[first + 1], part[first + 2]) * *weight

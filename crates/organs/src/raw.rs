@@ -4,10 +4,18 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::scene::raw::RawUnits;
-
 /// A place or a vector of the patient: LPS, mm.
-pub(crate) type Triple = [f64; 3];
+pub type Triple = [f64; 3];
+
+/// `[units]`: names only. Numbers are in them as they stand.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawUnits {
+    /// Of every length.
+    pub length: String,
+    /// Of Young's moduli. Weights are stress by length; forces stress times length squared, in the plane of a unit of depth.
+    pub stress: String,
+}
 
 /// The whole file.
 ///
@@ -15,143 +23,159 @@ pub(crate) type Triple = [f64; 3];
 /// key is unknown and refused as such.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawSpaceScene {
+pub struct RawSpaceScene {
     /// For people: above every picture.
-    pub(crate) title: String,
+    pub title: String,
     /// `[units]`: `mm` and `N/mm2`, as the label map's places are mm.
-    pub(crate) units: RawUnits,
+    pub units: RawUnits,
     /// `[space]`
-    pub(crate) space: RawSpace,
+    pub space: RawSpace,
     /// `[[organs]]`
-    pub(crate) organs: Vec<RawOrgan>,
+    pub organs: Vec<RawOrgan>,
     /// `[[rigid]]`
     #[serde(default)]
-    pub(crate) rigid: Vec<RawRigid>,
+    pub rigid: Vec<RawRigid>,
     /// `[[attachments]]`
     #[serde(default)]
-    pub(crate) attachments: Vec<RawAttachment>,
+    pub attachments: Vec<RawAttachment>,
     /// `[surroundings]`; absent: nothing is around the organs.
     #[serde(default)]
-    pub(crate) surroundings: Option<RawSurroundings>,
+    pub surroundings: Option<RawSurroundings>,
     /// `[tube]`
-    pub(crate) tube: RawTube,
+    pub tube: RawTube,
     /// `[[targets]]`
     #[serde(default)]
-    pub(crate) targets: Vec<RawTarget>,
+    pub targets: Vec<RawTarget>,
     /// `[search]`
     #[serde(default)]
-    pub(crate) search: RawSpaceSearch,
+    pub search: RawSpaceSearch,
     /// `[output]`
     #[serde(default)]
-    pub(crate) output: RawSpaceOutput,
+    pub output: RawSpaceOutput,
 }
 
 /// `[space]`: what says that a scene is of solids in space.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawSpace {
+pub struct RawSpace {
     /// The label map, relative to the scene file.
-    pub(crate) labels: PathBuf,
+    pub labels: PathBuf,
     /// SHA-256 of that file, 64 hexadecimal digits: another one is refused.
     #[serde(default)]
-    pub(crate) labels_sha256: Option<String>,
+    pub labels_sha256: Option<String>,
     /// For people: what to do where it is not there.
     #[serde(default)]
-    pub(crate) obtain: Option<String>,
+    pub obtain: Option<String>,
 }
 
 /// `[[organs]]`: a label that is a deformable solid.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawOrgan {
-    pub(crate) name: String,
-    pub(crate) label: u16,
-    pub(crate) law: RawSpaceLaw,
+pub struct RawOrgan {
+    /// 1 to 64 characters on one line, of no other organ.
+    pub name: String,
+    /// Of the label map, above 0.
+    pub label: u16,
+    /// `law`: the form of the energy.
+    pub law: RawSpaceLaw,
     /// Young's modulus, N/mm^2.
-    pub(crate) young: f64,
+    pub young: f64,
     /// Standard deviation of its logarithm.
     #[serde(default)]
-    pub(crate) young_spread: Option<f64>,
-    pub(crate) poisson: f64,
+    pub young_spread: Option<f64>,
+    /// Poisson's ratio.
+    pub poisson: f64,
     /// Standard deviation.
     #[serde(default)]
-    pub(crate) poisson_spread: Option<f64>,
+    pub poisson_spread: Option<f64>,
     /// Standard deviation of the smoothing of the label's surface, mm.
-    pub(crate) smoothing: f64,
+    pub smoothing: f64,
     /// What is done about several parts.
     #[serde(default)]
-    pub(crate) parts: RawParts,
+    pub parts: RawParts,
+    /// Whether holes inside the label count as organ.
     #[serde(default)]
-    pub(crate) fill_holes: bool,
-    pub(crate) cubes: RawCubes,
+    pub fill_holes: bool,
+    /// Of its mesh.
+    pub cubes: RawCubes,
 }
 
 /// The form of the energy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum RawSpaceLaw {
+pub enum RawSpaceLaw {
+    /// `st-venant-kirchhoff`
     StVenantKirchhoff,
+    /// `linear`: of the symmetric gradient, for small rotations only.
     Linear,
+    /// `neo-hookean`: never inverts.
     NeoHookean,
+    /// `stable-neo-hookean`: finite at inversion, and pushes back from it.
     StableNeoHookean,
 }
 
 /// What is done about a label of several parts.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum RawParts {
+pub enum RawParts {
+    /// The scene is refused.
     #[default]
     Refuse,
+    /// The largest is the organ, the others are left out.
     Largest,
 }
 
 /// `cubes = { side, levels, within }`
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawCubes {
+pub struct RawCubes {
     /// Side of the largest, mm.
-    pub(crate) side: f64,
+    pub side: f64,
     /// Times that they are halved near the tube's way.
     #[serde(default)]
-    pub(crate) levels: u32,
+    pub levels: u32,
     /// How near, mm from the axis of the way: of each halving, so as many numbers as levels.
     #[serde(default)]
-    pub(crate) within: Vec<f64>,
+    pub within: Vec<f64>,
 }
 
 /// `[[rigid]]`: labels that do not move. Organs are attached to them; they are no obstacle.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawRigid {
-    pub(crate) name: String,
-    pub(crate) labels: Vec<u16>,
+pub struct RawRigid {
+    /// 1 to 64 characters on one line, of no other table of these.
+    pub name: String,
+    /// Of the label map, above 0; each of this table alone.
+    pub labels: Vec<u16>,
 }
 
 /// `[[attachments]]`: an organ held by what is rigid, where it is near.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawAttachment {
-    pub(crate) organ: String,
+pub struct RawAttachment {
+    /// Name of one of `[[organs]]`.
+    pub organ: String,
     /// Names of `[[rigid]]`.
-    pub(crate) to: Vec<String>,
+    pub to: Vec<String>,
     /// As near as this to a voxel of theirs, mm.
-    pub(crate) within: f64,
-    pub(crate) kind: RawKind,
+    pub within: f64,
+    /// `kind`: nodes or springs.
+    pub kind: RawKind,
     /// Of `tied`: Young's modulus of what is between, N/mm^2.
     #[serde(default)]
-    pub(crate) young: Option<f64>,
+    pub young: Option<f64>,
     /// Of `tied`: standard deviation of the logarithm of that.
     #[serde(default)]
-    pub(crate) young_spread: Option<f64>,
+    pub young_spread: Option<f64>,
     /// Of `tied`: its thickness, mm.
     #[serde(default)]
-    pub(crate) margin: Option<f64>,
+    pub margin: Option<f64>,
 }
 
 /// How it holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum RawKind {
+pub enum RawKind {
     /// Nodes keep their place.
     Fixed,
     /// Springs at points of the surface, along and across it.
@@ -161,57 +185,60 @@ pub(crate) enum RawKind {
 /// `[surroundings]`: a soft bath at every point of a surface that no attachment holds.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawSurroundings {
-    /// N/mm^2.
-    pub(crate) young: f64,
+pub struct RawSurroundings {
+    /// Young's modulus, N/mm^2.
+    pub young: f64,
     /// Standard deviation of its logarithm.
     #[serde(default)]
-    pub(crate) young_spread: Option<f64>,
+    pub young_spread: Option<f64>,
     /// Its thickness, mm.
-    pub(crate) margin: f64,
+    pub margin: f64,
     /// Nearer than this to the axis of the tube's way there is none, mm.
-    pub(crate) corridor: f64,
+    pub corridor: f64,
 }
 
 /// `[tube]`: rigid, with round ends.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawTube {
-    pub(crate) diameter: f64,
+pub struct RawTube {
+    /// mm.
+    pub diameter: f64,
+    /// From the middle of one round end to that of the other, mm; absent: 200.
     #[serde(default)]
-    pub(crate) length: Option<f64>,
+    pub length: Option<f64>,
     /// Where the tip starts, outside the organs.
-    pub(crate) entry: Triple,
+    pub entry: Triple,
     /// A place that it moves towards.
     #[serde(default)]
-    pub(crate) target: Option<Triple>,
-    /// Or the direction that it moves in.
+    pub target: Option<Triple>,
+    /// Or the direction that it moves in, of any length.
     #[serde(default)]
-    pub(crate) direction: Option<Triple>,
+    pub direction: Option<Triple>,
     /// How far it goes from where it first touches, mm.
-    pub(crate) stroke: f64,
+    pub stroke: f64,
     /// From state to state, mm.
-    pub(crate) step: f64,
+    pub step: f64,
 }
 
 /// `[[targets]]`: a place of an organ, told and drawn wherever the organ takes it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct RawTarget {
-    pub(crate) name: String,
+pub struct RawTarget {
+    /// 1 to 64 characters on one line, of no other target.
+    pub name: String,
     /// At rest.
-    pub(crate) at: Triple,
+    pub at: Triple,
     /// The organ that it must lie in; absent: whichever it lies in.
     #[serde(default)]
-    pub(crate) organ: Option<String>,
+    pub organ: Option<String>,
 }
 
 /// `[search]`
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub(crate) struct RawSpaceSearch {
+pub struct RawSpaceSearch {
     /// The most Newton steps of one search.
-    pub(crate) most_steps: usize,
+    pub most_steps: usize,
 }
 
 impl Default for RawSpaceSearch {
@@ -223,15 +250,15 @@ impl Default for RawSpaceSearch {
 /// `[output]`
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub(crate) struct RawSpaceOutput {
+pub struct RawSpaceOutput {
     /// What cuts show.
-    pub(crate) field: RawSpaceField,
+    pub field: RawSpaceField,
     /// Pixels of the picture of the shape.
-    pub(crate) size: [u32; 2],
+    pub size: [u32; 2],
     /// How many states the strip shows, at most.
-    pub(crate) strip: usize,
+    pub strip: usize,
     /// Whether errors of the last state are looked for.
-    pub(crate) errors: bool,
+    pub errors: bool,
 }
 
 impl Default for RawSpaceOutput {
@@ -248,7 +275,9 @@ impl Default for RawSpaceOutput {
 /// What cuts show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum RawSpaceField {
+pub enum RawSpaceField {
+    /// How far tissue has moved, mm.
     Displacement,
+    /// Von Mises's stress, N/mm2.
     VonMises,
 }

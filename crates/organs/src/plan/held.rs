@@ -4,7 +4,7 @@ use super::super::raw::{RawAttachment, RawKind, RawSpaceScene};
 use super::numbers::length;
 use super::spread::young;
 use super::{Attachment, MOST_RIGID, Organ, Rigid};
-use crate::scene::{Checked, invalid, named, within};
+use crate::numbers::{Checked, invalid, named, within};
 
 /// The most labels of one table.
 const MOST_LABELS: usize = 256;

@@ -17,27 +17,29 @@ const REACH: f64 = 3.0;
 
 /// A tube and the way that it is pushed, in the patient or, turned, in the label map's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Way {
+pub struct Way {
     /// Where the foremost point of the tip starts, mm.
-    pub(super) entry: Vector3<f64>,
+    pub entry: Vector3<f64>,
     /// Of length 1.
-    pub(super) direction: Vector3<f64>,
-    pub(super) radius: f64,
-    /// From the middle of one round end to that of the other.
-    pub(super) length: f64,
-    /// From the first touch on.
-    pub(super) stroke: f64,
-    pub(super) step: f64,
+    pub direction: Vector3<f64>,
+    /// mm.
+    pub radius: f64,
+    /// From the middle of one round end to that of the other, mm.
+    pub length: f64,
+    /// From the first touch on, mm.
+    pub stroke: f64,
+    /// From state to state, mm.
+    pub step: f64,
 }
 
 impl Way {
     /// The foremost point of the tip after so much of the way from the entry.
-    pub(super) fn tip(&self, gone: f64) -> Vector3<f64> {
+    pub fn tip(&self, gone: f64) -> Vector3<f64> {
         self.entry + self.direction * gone
     }
 
     /// Places across the tube's tip when that has gone so far, from the axis to the side.
-    pub(super) fn section(&self, gone: f64) -> Vec<Vector3<f64>> {
+    pub fn section(&self, gone: f64) -> Vec<Vector3<f64>> {
         let middle = self.tip(gone);
         let (along, other) = (self.direction, self.direction.imin());
         let right = along.cross(&Vector3::ith(other, 1.0));
@@ -56,7 +58,7 @@ impl Way {
     }
 
     /// The middle of its round tip.
-    pub(super) fn middle(&self, gone: f64) -> Vector3<f64> {
+    pub fn middle(&self, gone: f64) -> Vector3<f64> {
         self.tip(gone) - self.direction * self.radius
     }
 
@@ -64,7 +66,7 @@ impl Way {
     ///
     /// # Errors
     /// [`TubeError`], of numbers that no checked scene has.
-    pub(super) fn tube(&self, gone: f64) -> Result<Tube, TubeError> {
+    pub fn tube(&self, gone: f64) -> Result<Tube, TubeError> {
         Tube::straight(
             Point3::from(self.middle(gone)),
             -self.direction,
@@ -74,21 +76,21 @@ impl Way {
     }
 
     /// The distance of a place from the axis of the way, between the entry and what is `beyond` it.
-    pub(super) fn off_axis(&self, at: &Vector3<f64>, beyond: f64) -> f64 {
+    pub fn off_axis(&self, at: &Vector3<f64>, beyond: f64) -> f64 {
         let along = (at - self.entry).dot(&self.direction).clamp(-self.length, beyond);
         (at - self.tip(along)).norm()
     }
 
-    /// How far from one another points of the surface may be in a cube that the tube may come to, mm: where it is stretched by [`STRETCH`], no place is farther from
-    /// one than half of the tube's radius and a quarter more.
-    pub(super) fn spacing(&self, [low, high]: [&Vector3<f64>; 2], beyond: f64) -> Option<f64> {
+    /// How far from one another points of the surface may be in a cube that the tube may come to, mm: where it is stretched by 4, no place
+    /// is farther from one than half of the tube's radius and a quarter more.
+    pub fn spacing(&self, [low, high]: [&Vector3<f64>; 2], beyond: f64) -> Option<f64> {
         let near = self.off_axis(&(0.5 * (low + high)), beyond) - 0.5 * (high - low).norm();
         (near < REACH * self.radius).then_some(0.5 * self.radius / STRETCH)
     }
 
     /// How far the tip comes in an organ, from the entry: from where the axis enters it by the whole stroke. Where the axis
     /// passes it by, without end.
-    pub(super) fn last(&self, organ: &LabelField) -> f64 {
+    pub fn last(&self, organ: &LabelField) -> f64 {
         let corners = organ.corners;
         let longest = (corners[0] - self.entry).norm() + (corners[1] - corners[0]).norm();
         let steps = (longest / LOOK).min(MOST_LOOKS) as usize;
@@ -99,7 +101,7 @@ impl Way {
     }
 
     /// The strokes at which states are looked for: 0, the steps, and the whole.
-    pub(super) fn strokes(&self) -> Vec<f64> {
+    pub fn strokes(&self) -> Vec<f64> {
         let steps = (self.stroke / self.step - 1e-9).ceil().max(1.0) as usize;
         (0..=steps).map(|k| (k as f64 * self.step).min(self.stroke)).collect()
     }

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::super::raw::Triple;
 use super::LONGEST;
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// Units are named, so that nobody takes others for granted.
 pub(super) fn unit(key: &str, found: &str, allowed: &str) -> Checked<()> {

@@ -2,10 +2,10 @@
 
 use super::super::labels::Labels;
 use super::super::plan::Plan;
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// Unknowns of all organs together. Factors of so many take some gigabytes.
-pub(in super::super) const MOST: usize = 150_000;
+pub(super) const MOST: usize = 150_000;
 /// Unknowns of a cube inside an organ: three of each of the eight nodes that are its own, of 27 that it shares.
 const PER_CUBE: f64 = 24.0;
 

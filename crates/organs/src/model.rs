@@ -11,10 +11,10 @@ use simulation::space::term::{Springs, TubeContact};
 use super::body::Body;
 use super::hold::{self, Held, Overlap};
 use super::labels::Labels;
-use super::plan::Plan;
+use super::plan::{Organ, Plan};
 use super::target::{self, Target};
 use super::way::Way;
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// The contact's stiffness beside Young's modulus over the side of the smallest cubes: it sets how fast pressures converge.
 const CONTACT: f64 = 60.0;
@@ -23,24 +23,41 @@ const BEFORE: f64 = 1e-6;
 
 /// What a scene describes. Places are in the label map's own axes.
 #[derive(Debug)]
-pub(super) struct Model {
-    pub(super) system: System,
-    pub(super) bodies: Vec<Body>,
-    pub(super) held: Vec<Held>,
+pub struct Model {
+    /// Solids, fixed nodes, springs and the tube's contacts; unknowns are displacements of nodes, mm.
+    pub system: System,
+    /// Organs, in the order of the plan and of the system's solids.
+    pub bodies: Vec<Body>,
+    /// What holds them.
+    pub held: Vec<Held>,
     /// What holds by springs, in no order: [`Held`] says which.
-    pub(super) springs: Vec<Springs>,
-    pub(super) way: Way,
+    pub springs: Vec<Springs>,
+    /// The tube's.
+    pub way: Way,
     /// How far the tip goes from the entry until it touches, mm.
-    pub(super) free: f64,
-    pub(super) targets: Vec<Target>,
+    pub free: f64,
+    /// Places of organs that are told.
+    pub targets: Vec<Target>,
     /// Attachments that hold the same points.
-    pub(super) overlaps: Vec<Overlap>,
+    pub overlaps: Vec<Overlap>,
 }
 
 impl Model {
+    /// The model with the tube where it first touches.
+    ///
     /// # Errors
     /// [`scene::Invalid`] with the key of the first value that the label map does not agree with.
-    pub(super) fn new(plan: &Plan, labels: &Labels) -> Checked<Self> {
+    pub fn new(plan: &Plan, labels: &Labels) -> Checked<Self> {
+        let mut model = Self::without_tube(plan, labels)?;
+        model.system.tubes = model.contacts(plan)?;
+        Ok(model)
+    }
+
+    /// The same model without contacts of the tube. Points of surfaces are as near to one another as a tube along its way needs.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn without_tube(plan: &Plan, labels: &Labels) -> Checked<Self> {
         let way = Way {
             entry: labels.own(&plan.way.entry),
             direction: labels.own_direction(&plan.way.direction),
@@ -58,7 +75,7 @@ impl Model {
         let mut model = Self::assembled(plan, labels, way, bodies, None)?;
         model.targets = target::all(plan, labels, &model.bodies)?;
         model.overlaps = hold::overlaps(plan, labels, &model.bodies);
-        model.contacts(plan)?;
+        model.fine_enough(&model.contacts(plan)?)?;
         Ok(model)
     }
 
@@ -92,15 +109,18 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub(super) fn changed(&self, plan: &Plan, labels: &Labels) -> Checked<Self> {
+    pub fn changed(&self, plan: &Plan, labels: &Labels) -> Checked<Self> {
         let mut model = Self::assembled(plan, labels, self.way, self.bodies.clone(), Some(self.free))?;
         model.system.tubes.clone_from(&self.system.tubes);
         model.targets.clone_from(&self.targets);
         Ok(model)
     }
 
-    /// The same organs in cubes half as large with what holds them there, without the tube, in words why not.
-    pub(super) fn halved(&self, plan: &Plan, labels: &Labels) -> Result<Self, String> {
+    /// The same organs in cubes half as large with what holds them there, without the tube.
+    ///
+    /// # Errors
+    /// In words: too many unknowns, no mesh, or as [`Self::new`].
+    pub fn halved(&self, plan: &Plan, labels: &Labels) -> Result<Self, String> {
         let (mut bodies, mut unknowns) = (Vec::new(), 0);
         for (body, organ) in self.bodies.iter().zip(&plan.organs) {
             let finer = body.halved(organ, &self.way).map_err(|why| why.to_string())?;
@@ -119,30 +139,30 @@ impl Model {
         Ok(model)
     }
 
-    /// Unknowns that may change.
-    pub(super) fn unknowns(&self) -> [usize; 2] {
+    /// Unknowns: all, and those that may change.
+    pub fn unknowns(&self) -> [usize; 2] {
         let free = self.system.fixed.iter().filter(|fixed| !**fixed).count();
         [self.system.fixed.len(), free]
     }
 
     /// The tube touches every organ, and nothing else.
-    fn contacts(&mut self, plan: &Plan) -> Checked<()> {
+    fn contacts(&self, plan: &Plan) -> Checked<Vec<TubeContact>> {
         let refused = |why: String| invalid("tube", why, "a tube that can touch the organs");
-        for (k, organ) in plan.organs.iter().enumerate() {
+        let contact = |(k, organ): (usize, &Organ)| {
             let side = organ.settings.side / f64::from(1_u32 << organ.settings.levels);
             let stiffness = CONTACT * organ.material.lame.young() / side;
             let tube = self.way.tube(self.free).map_err(|why| refused(why.to_string()))?;
             let contact = TubeContact::new(&self.system.bodies, k, tube, stiffness, |_, _| true);
-            self.system.tubes.push(contact.map_err(|why| refused(why.to_string()))?);
-        }
-        self.fine_enough()
+            contact.map_err(|why| refused(why.to_string()))
+        };
+        plan.organs.iter().enumerate().map(contact).collect()
     }
 
     /// Points of the surface along the whole way must be near enough to one another for the tube.
-    fn fine_enough(&self) -> Checked<()> {
+    fn fine_enough(&self, tubes: &[TubeContact]) -> Checked<()> {
         let a = self.system.initial();
         for stroke in self.way.strokes() {
-            for (k, contact) in self.system.tubes.iter().enumerate() {
+            for (k, contact) in tubes.iter().enumerate() {
                 let mut moved = contact.clone();
                 let tube = self.way.tube(self.free + stroke);
                 moved.move_to(tube.map_err(|why| invalid("tube", why, "a tube"))?);

@@ -12,13 +12,13 @@ use simulation::space::law::Material;
 
 use super::raw::{RawSpaceField, RawSpaceScene};
 use super::way::Way;
-use crate::scene::{Checked, invalid, within};
+use crate::numbers::{Checked, invalid, names, title, within};
 use held::{attachment, rigid};
 use numbers::{length, triple, unit};
 use organ::organ;
 use spread::young;
-pub(super) use spread::{Given, Uncertain};
-pub(super) use target::Wanted;
+pub use spread::{Given, Uncertain};
+pub use target::Wanted;
 use target::targets;
 
 /// The most of each table.
@@ -27,7 +27,7 @@ const MOST_RIGID: usize = 64;
 const MOST_ATTACHMENTS: usize = 64;
 const MOST_TARGETS: usize = 64;
 /// Lengths in a scene are no longer than a patient, mm.
-pub(super) const LONGEST: f64 = 2000.0;
+pub(crate) const LONGEST: f64 = 2000.0;
 /// A tube that names no length, mm.
 const LENGTH: f64 = 200.0;
 /// The most states.
@@ -35,74 +35,98 @@ const MOST_STATES: f64 = 500.0;
 
 /// An organ.
 #[derive(Debug, Clone)]
-pub(super) struct Organ {
-    pub(super) name: String,
-    pub(super) label: u16,
+pub struct Organ {
+    /// For people.
+    pub name: String,
+    /// Of the label map, above 0.
+    pub label: u16,
     /// The law's name in a scene.
-    pub(super) law: &'static str,
-    pub(super) material: Material,
-    /// Young's modulus and Poisson's ratio of the material.
-    pub(super) young: Given,
-    pub(super) poisson: Given,
-    pub(super) smoothing: Smoothing,
-    pub(super) settings: Settings,
+    pub law: &'static str,
+    /// Of stresses in N/mm^2.
+    pub material: Material,
+    /// Young's modulus of the material, N/mm^2.
+    pub young: Given,
+    /// Poisson's ratio of the material.
+    pub poisson: Given,
+    /// How the surface of its label is smoothed.
+    pub smoothing: Smoothing,
+    /// Of its cubes, mm.
+    pub settings: Settings,
     /// Of each halving: how near to the axis of the tube's way, mm.
-    pub(super) within: Vec<f64>,
+    pub within: Vec<f64>,
 }
 
 /// Labels that do not move.
 #[derive(Debug, Clone)]
-pub(super) struct Rigid {
-    pub(super) name: String,
-    pub(super) labels: Vec<u16>,
+pub struct Rigid {
+    /// For people.
+    pub name: String,
+    /// Of the label map, above 0.
+    pub labels: Vec<u16>,
 }
 
 /// What holds an organ.
 #[derive(Debug, Clone)]
-pub(super) struct Attachment {
-    pub(super) organ: usize,
+pub struct Attachment {
+    /// Number of the organ.
+    pub organ: usize,
     /// Numbers of [`Rigid`]s.
-    pub(super) to: Vec<usize>,
-    pub(super) within: f64,
-    /// Stress by length; `None`: nodes keep their place.
-    pub(super) stiffness: Option<f64>,
-    /// What the stiffness is made of.
-    pub(super) young: Option<Given>,
+    pub to: Vec<usize>,
+    /// It holds as near as this to a voxel of theirs, mm.
+    pub within: f64,
+    /// Stress by length, N/mm^3; `None`: nodes keep their place.
+    pub stiffness: Option<f64>,
+    /// What the stiffness is made of: Young's modulus, N/mm^2.
+    pub young: Option<Given>,
 }
 
 /// A soft bath.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bath {
-    /// Stress by length.
-    pub(super) stiffness: f64,
-    pub(super) young: Given,
-    pub(super) corridor: f64,
+pub struct Bath {
+    /// Stress by length, N/mm^3.
+    pub stiffness: f64,
+    /// What the stiffness is made of: Young's modulus, N/mm^2.
+    pub young: Given,
+    /// Nearer than this to the axis of the tube's way there is none, mm.
+    pub corridor: f64,
 }
 
 /// A scene whose values can be used.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
-    pub(super) organs: Vec<Organ>,
-    pub(super) rigid: Vec<Rigid>,
-    pub(super) attachments: Vec<Attachment>,
-    pub(super) bath: Option<Bath>,
-    pub(super) way: Way,
-    pub(super) targets: Vec<Wanted>,
+pub struct Plan {
+    /// One at least, each of a label of its own.
+    pub organs: Vec<Organ>,
+    /// What does not move.
+    pub rigid: Vec<Rigid>,
+    /// What holds organs at that.
+    pub attachments: Vec<Attachment>,
+    /// What is around organs; `None`: nothing.
+    pub bath: Option<Bath>,
+    /// The tube's, in the patient: LPS, mm.
+    pub way: Way,
+    /// Places of organs that are told.
+    pub targets: Vec<Wanted>,
     /// SHA-256 that the file of the label map must have, in lower case.
-    pub(super) labels_sha256: Option<String>,
+    pub labels_sha256: Option<String>,
     /// Whether errors are looked for.
-    pub(super) errors: bool,
-    pub(super) most_steps: usize,
-    pub(super) field: RawSpaceField,
-    pub(super) size: [u32; 2],
-    pub(super) strip: usize,
+    pub errors: bool,
+    /// The most Newton steps of one search.
+    pub most_steps: usize,
+    /// What cuts show.
+    pub field: RawSpaceField,
+    /// Pixels of the picture of the shape: columns, rows.
+    pub size: [u32; 2],
+    /// How many states the strip shows, at most.
+    pub strip: usize,
 }
 
 impl Plan {
+    /// Checks every value that can be without the label map.
+    ///
     /// # Errors
     /// [`scene::Invalid`] with the key of the first value that cannot be used.
-    pub(super) fn new(raw: &RawSpaceScene) -> Checked<Self> {
-        crate::model::title(&raw.title)?;
+    pub fn new(raw: &RawSpaceScene) -> Checked<Self> {
+        title(&raw.title)?;
         unit("units.length", &raw.units.length, "mm")?;
         unit("units.stress", &raw.units.stress, "N/mm2")?;
         within("organs", raw.organs.len(), 1..=MOST_ORGANS)?;
@@ -113,9 +137,9 @@ impl Plan {
         within("output.size.0", raw.output.size[0] as usize, 200..=4000)?;
         within("output.size.1", raw.output.size[1] as usize, 200..=4000)?;
         within("output.strip", raw.output.strip, 0..=24)?;
-        crate::model::names("organs", raw.organs.iter().map(|o| o.name.as_str()))?;
-        crate::model::names("rigid", raw.rigid.iter().map(|r| r.name.as_str()))?;
-        crate::model::names("targets", raw.targets.iter().map(|t| t.name.as_str()))?;
+        names("organs", raw.organs.iter().map(|o| o.name.as_str()))?;
+        names("rigid", raw.rigid.iter().map(|r| r.name.as_str()))?;
+        names("targets", raw.targets.iter().map(|t| t.name.as_str()))?;
         let organs: Vec<Organ> = raw.organs.iter().enumerate().map(organ).collect::<Checked<_>>()?;
         let rigid = rigid(raw, &organs)?;
         let attachments = raw.attachments.iter().enumerate();

@@ -1,6 +1,6 @@
 //! The label map in axes of its own, in which cubes lie, and the way to the patient's.
 
-use bus::volume::OwnedVolume;
+use geometry::VolumeGrid;
 use nalgebra::{Matrix3, Vector3};
 use simulation::space::cells::LabelMap;
 
@@ -11,35 +11,48 @@ const MOST_LOOKED_AT: f64 = 1e6;
 
 /// Why a volume is no label map for solids.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub(super) enum NoLabels {
+pub enum NoLabels {
+    /// Two axes that are not at right angles.
     #[error(
         "its axes are not orthogonal: the cosine between axis {axes:?} is {cosine:.3e}, at most {SKEW:e} is allowed; resample it to a grid of right angles"
     )]
-    Oblique { axes: [usize; 2], cosine: f64 },
+    Oblique {
+        /// Numbers of the two, from 0.
+        axes: [usize; 2],
+        /// Of the angle between them.
+        cosine: f64,
+    },
+    /// A voxel below 0.
     #[error("a voxel is {found}; labels are 0 and more")]
-    Negative { found: i16 },
+    Negative {
+        /// What it is.
+        found: i16,
+    },
 }
 
 /// A label map in its own axes: voxel `(i, j, k)` is at `spacing * (i, j, k)` there, mm. The axes are right-handed: where the
 /// file's are not, its first axis is taken backwards.
 #[derive(Debug, Clone)]
-pub(super) struct Labels {
-    pub(super) size: [usize; 3],
-    pub(super) spacing: Vector3<f64>,
+pub struct Labels {
+    /// Voxels along each axis.
+    pub size: [usize; 3],
+    /// From voxel to voxel along each axis, mm.
+    pub spacing: Vector3<f64>,
     labels: Vec<u16>,
     /// Takes directions to the patient's axes, LPS: orthogonal, determinant 1.
     turn: Matrix3<f64>,
     /// Where the first voxel is there, mm.
     first: Vector3<f64>,
     /// Names what was read.
-    pub(super) hash: String,
+    pub hash: String,
 }
 
 impl Labels {
+    /// The label map on a grid: `slice` writes slice `z`, `dims[0] * dims[1]` labels row by row; `hash` names what was read.
+    ///
     /// # Errors
     /// [`NoLabels`].
-    pub(super) fn new(volume: &OwnedVolume) -> Result<Self, NoLabels> {
-        let grid = &volume.grid;
+    pub fn new(grid: &VolumeGrid, hash: String, mut slice: impl FnMut(u32, &mut [i16])) -> Result<Self, NoLabels> {
         let (map, spacing) = (grid.ct_from_voxel(), Vector3::from(grid.spacing_mm()));
         let mut steps = [0, 1, 2].map(|axis| Vector3::from(map.step(axis).mm()) / spacing[axis]);
         for axes in [[0, 1], [0, 2], [1, 2]] {
@@ -57,10 +70,10 @@ impl Labels {
             steps[0] = -steps[0];
         }
         let mut labels = Vec::with_capacity(size.iter().product());
-        let mut slice = vec![0_i16; size[0] * size[1]];
+        let mut voxels = vec![0_i16; size[0] * size[1]];
         for z in 0..grid.dims()[2] {
-            volume.view().slice(z, &mut slice);
-            for row in slice.chunks_exact_mut(size[0]) {
+            slice(z, &mut voxels);
+            for row in voxels.chunks_exact_mut(size[0]) {
                 if backwards {
                     row.reverse();
                 }
@@ -75,12 +88,12 @@ impl Labels {
             labels,
             turn: Matrix3::from_columns(&steps),
             first,
-            hash: volume.hash.to_string(),
+            hash,
         })
     }
 
     /// For meshing.
-    pub(super) fn map(&self) -> LabelMap<'_> {
+    pub fn map(&self) -> LabelMap<'_> {
         LabelMap {
             size: self.size,
             origin: Vector3::zeros(),
@@ -90,27 +103,27 @@ impl Labels {
     }
 
     /// A place of the map's axes in the patient's.
-    pub(super) fn patient(&self, at: &Vector3<f64>) -> Vector3<f64> {
+    pub fn patient(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.first + self.turn * at
     }
 
     /// A direction, a force, or (as both axes are right-handed) a moment of the map's axes in the patient's.
-    pub(super) fn turned(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+    pub fn turned(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         self.turn * direction
     }
 
     /// A place of the patient in the map's axes.
-    pub(super) fn own(&self, at: &Vector3<f64>) -> Vector3<f64> {
+    pub fn own(&self, at: &Vector3<f64>) -> Vector3<f64> {
         self.turn.tr_mul(&(at - self.first))
     }
 
     /// A direction of the patient in the map's axes.
-    pub(super) fn own_direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+    pub fn own_direction(&self, direction: &Vector3<f64>) -> Vector3<f64> {
         self.turn.tr_mul(direction)
     }
 
     /// The label of the voxel that a place of the map's axes lies in; 0 outside.
-    pub(super) fn at(&self, place: &Vector3<f64>) -> u16 {
+    pub fn at(&self, place: &Vector3<f64>) -> u16 {
         let voxel = [0, 1, 2].map(|k| (place[k] / self.spacing[k] + 0.5).floor());
         let inside = (0..3).all(|k| voxel[k] >= 0.0 && voxel[k] < self.size[k] as f64);
         if inside {
@@ -125,7 +138,7 @@ impl Labels {
     }
 
     /// All labels of the map but 0, each once, in their order.
-    pub(super) fn all(&self) -> Vec<u16> {
+    pub fn all(&self) -> Vec<u16> {
         let mut is_there = vec![false; 1 << 16];
         self.labels
             .iter()
@@ -134,18 +147,18 @@ impl Labels {
     }
 
     /// How many voxels have a label.
-    pub(super) fn count(&self, label: u16) -> usize {
+    pub fn count(&self, label: u16) -> usize {
         self.labels.iter().filter(|l| **l == label).count()
     }
 
     /// Whether a distance takes no more voxels to look at than can be looked at for thousands of places.
-    pub(super) fn can_look(&self, distance: f64) -> bool {
+    pub fn can_look(&self, distance: f64) -> bool {
         let voxels = self.spacing.map(|s| 2.0 * (distance / s).ceil() + 1.0);
         voxels.product() <= MOST_LOOKED_AT
     }
 
     /// Whether a voxel of one of some labels, the whole box of it, is within a distance of a place.
-    pub(super) fn is_near(&self, place: &Vector3<f64>, distance: f64, of: &[u16]) -> bool {
+    pub fn is_near(&self, place: &Vector3<f64>, distance: f64, of: &[u16]) -> bool {
         let range = [0, 1, 2].map(|k| {
             let (low, high) = (
                 (place[k] - distance) / self.spacing[k],

@@ -11,43 +11,50 @@ use super::body::Body;
 use super::labels::Labels;
 use super::plan::{Attachment, Plan};
 use super::way::Way;
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// How an organ is held by one attachment or by the bath.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Held {
+pub struct Held {
     /// Number of the organ.
-    pub(super) body: usize,
+    pub body: usize,
     /// In words: by what.
-    pub(super) by: String,
-    pub(super) how: How,
+    pub by: String,
+    /// By nodes or springs.
+    pub how: How,
 }
 
 /// Held nodes, or springs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum How {
+pub enum How {
     /// So many nodes keep their place.
     Nodes(usize),
-    /// Number of the springs, how many there are, the area that they hold (mm^2) and the stiffness (N/mm^3).
+    /// Springs at points of the surface.
     Springs {
+        /// Their number among a model's springs.
         number: usize,
+        /// How many there are.
         points: usize,
+        /// What they hold, before the deformation, mm^2.
         area: f64,
+        /// Stress by length, N/mm^3.
         stiffness: f64,
     },
 }
 
 /// Two attachments that hold the same points of a surface: their stiffnesses add up there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Overlap {
-    pub(super) attachments: [usize; 2],
-    pub(super) points: usize,
+pub struct Overlap {
+    /// Their numbers in the plan, the smaller one first.
+    pub attachments: [usize; 2],
+    /// Points that both hold.
+    pub points: usize,
     /// mm^2, before the deformation.
-    pub(super) area: f64,
+    pub area: f64,
 }
 
 /// All pairs of attachments that hold the same points.
-pub(super) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Overlap> {
+pub(crate) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Overlap> {
     let of: Vec<Vec<u16>> = plan.attachments.iter().map(|one| labels_of(plan, one)).collect();
     let mut all = Vec::new();
     for (j, two) in plan.attachments.iter().enumerate() {
@@ -76,7 +83,7 @@ pub(super) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Ove
 ///
 /// # Errors
 /// [`scene::Invalid`]: an attachment that holds nothing, an organ that nothing holds.
-pub(super) fn all(
+pub(crate) fn all(
     plan: &Plan,
     labels: &Labels,
     (way, free): (&Way, f64),

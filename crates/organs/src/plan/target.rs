@@ -5,16 +5,17 @@ use nalgebra::Vector3;
 use super::super::raw::RawSpaceScene;
 use super::Organ;
 use super::numbers::triple;
-use crate::scene::{Checked, named};
+use crate::numbers::{Checked, named};
 
 /// A target as the scene names it.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Wanted {
-    pub(in super::super) name: String,
-    /// At rest, in the patient.
-    pub(in super::super) at: Vector3<f64>,
-    /// Number of the organ that it must lie in.
-    pub(in super::super) organ: Option<usize>,
+pub struct Wanted {
+    /// For people.
+    pub name: String,
+    /// At rest, in the patient: LPS, mm.
+    pub at: Vector3<f64>,
+    /// Number of the organ that it must lie in; `None`: whichever it lies in.
+    pub organ: Option<usize>,
 }
 
 pub(super) fn targets(raw: &RawSpaceScene, organs: &[Organ]) -> Checked<Vec<Wanted>> {

@@ -7,16 +7,17 @@ use simulation::space::cells::Field;
 use super::body::{Body, displacement};
 use super::labels::Labels;
 use super::plan::{Plan, Wanted};
-use crate::scene::{Checked, invalid};
+use crate::numbers::{Checked, invalid};
 
 /// A place of an organ.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Target {
-    pub(super) name: String,
+pub struct Target {
+    /// For people.
+    pub name: String,
     /// Number of the organ.
-    pub(super) body: usize,
-    /// At rest, in the patient.
-    pub(super) at: Vector3<f64>,
+    pub body: usize,
+    /// At rest, in the patient: LPS, mm.
+    pub at: Vector3<f64>,
     /// Nodes of the organ that move it, with weights.
     row: Vec<(u32, f64)>,
 }
@@ -25,7 +26,7 @@ pub(super) struct Target {
 ///
 /// # Errors
 /// [`scene::Invalid`]: a target that lies in no organ, in two, or in another than it names.
-pub(super) fn all(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Checked<Vec<Target>> {
+pub(crate) fn all(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Checked<Vec<Target>> {
     let each = plan.targets.iter().enumerate();
     each.map(|(k, wanted)| Target::new(k, wanted, labels, bodies)).collect()
 }
@@ -69,14 +70,14 @@ impl Target {
         })
     }
 
-    /// Its displacement in the label map's axes.
-    pub(super) fn moved(&self, bodies: &Bodies, a: &[f64]) -> Vector3<f64> {
+    /// Its displacement in the label map's axes, mm: `a` is of all organs.
+    pub fn moved(&self, bodies: &Bodies, a: &[f64]) -> Vector3<f64> {
         let part = bodies.part(self.body, a);
         displacement(&self.row, part)
     }
 
     /// The first of the three unknowns of each node that moves it, among those of all organs, with weights.
-    pub(super) fn unknowns(&self, bodies: &Bodies) -> Vec<(usize, f64)> {
+    pub fn unknowns(&self, bodies: &Bodies) -> Vec<(usize, f64)> {
         let offset = bodies.offset(self.body);
         let each = self
             .row
