@@ -16,7 +16,7 @@ use crate::error::LoadError;
 use crate::fill::fill;
 use crate::nifti::{HeaderError, NiftiSource};
 use crate::part::part;
-use crate::phantom_source::PhantomSource;
+use crate::phantom_source::{PhantomLabels, PhantomSource};
 use crate::raster::{Head, OpenOptions};
 use crate::source::{Conversion, Place, ReadError, VoxelSource};
 use crate::{metaimage, nrrd};
@@ -97,7 +97,19 @@ pub fn load_labels(
     path: &Path,
     examination: &VolumeSpec,
 ) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
-    let (source, is_in_its_frame) = open_labels(path, Some(examination))?;
+    load_labels_seeded(path, examination, 1)
+}
+
+/// The same; the generated patient is that of this seed.
+///
+/// # Errors
+/// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
+pub fn load_labels_seeded(
+    path: &Path,
+    examination: &VolumeSpec,
+    seed: u64,
+) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
+    let (source, is_in_its_frame) = open_labels(path, Some(examination), seed)?;
     for warning in source.facts().warnings {
         bus::stderr_line!("label map {}: {warning}", path.display());
     }
@@ -112,12 +124,15 @@ pub fn load_labels(
 /// # Errors
 /// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
 pub fn load_label_map(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
-    let (source, _) = open_labels(path, None)?;
+    let (source, _) = open_labels(path, None, 1)?;
     for warning in source.facts().warnings {
         bus::stderr_line!("label map {}: {warning}", path.display());
     }
     Ok(labels_in(source)?)
 }
+
+/// Its structures are a label map by this name, where there is no file of it.
+const PHANTOM: &str = "phantom";
 
 /// Opens a label map; with `examination` it is refused where it is known to be of another. With whether it says to be in its frame.
 ///
@@ -126,7 +141,15 @@ pub fn load_label_map(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Er
 pub(crate) fn open_labels(
     path: &Path,
     examination: Option<&VolumeSpec>,
+    seed: u64,
 ) -> Result<(Box<dyn VoxelSource>, bool), LoadError> {
+    if path.file_name().is_some_and(|name| name == PHANTOM) && !path.exists() {
+        let spacing_mm = match examination.map(|examination| &examination.source) {
+            Some(VolumeSource::Phantom { spacing_mm }) => [*spacing_mm; 3],
+            _ => phantom::DEFAULT_SPACING_MM,
+        };
+        return Ok((Box::new(PhantomLabels::new(seed, spacing_mm)?), false));
+    }
     Ok(match segmentation::open(path, examination)? {
         Some((source, is_in_its_frame)) => (Box::new(source), is_in_its_frame),
         None => (open(&VolumeSpec::of_path(path.to_owned()), 1)?, false),

@@ -73,6 +73,48 @@ impl VoxelSource for PhantomSource {
     }
 }
 
+/// The generated patient's structures as a label map, on the voxels of the examination.
+#[derive(Debug, Clone)]
+pub struct PhantomLabels(PhantomSource);
+
+impl PhantomLabels {
+    /// Those of the patient of `seed` with voxels `spacing_mm` apart along x, y and z.
+    ///
+    /// # Errors
+    /// [`GridError`] where the spacing is not usable.
+    pub fn new(seed: u64, spacing_mm: [f64; 3]) -> Result<Self, GridError> {
+        PhantomSource::new(seed, spacing_mm).map(Self)
+    }
+}
+
+impl VoxelSource for PhantomLabels {
+    fn grid(&self) -> &VolumeGrid {
+        &self.0.grid
+    }
+
+    fn padding_hu(&self) -> i16 {
+        0
+    }
+
+    fn describe(&self) -> String {
+        format!("structures of the {}", self.0.describe())
+    }
+
+    fn whose(&self) -> Result<Whose, ReadError> {
+        self.0.whose()
+    }
+
+    fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {
+        self.0.turn.take(&self.0.grid, k, out)?;
+        self.0.phantom.fill_structures(&self.0.grid, k, out);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<Conversion, ReadError> {
+        self.0.finish()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -18,6 +18,8 @@ const BOX_MARGIN: f64 = 1e-6;
 #[derive(Debug, Clone)]
 pub(crate) struct Solid {
     hu: f64,
+    /// What it is of, as [`crate::Phantom::structure`] says; `None`: of what it is painted over.
+    structure: Option<u16>,
     edge: f64,
     inside: Vec<Surface>,
     outside: Vec<Surface>,
@@ -41,6 +43,7 @@ impl Solid {
     fn empty(hu: f64, edge: f64) -> Self {
         Self {
             hu,
+            structure: Some(0),
             edge,
             inside: Vec::new(),
             outside: Vec::new(),
@@ -48,6 +51,11 @@ impl Solid {
             low: [f64::NEG_INFINITY; 3],
             high: [f64::INFINITY; 3],
         }
+    }
+
+    /// It is a part of this structure; `None`: of what it is painted over.
+    pub(crate) fn of(self, structure: Option<u16>) -> Self {
+        Self { structure, ..self }
     }
 
     /// Only what is also inside `surface`.
@@ -101,6 +109,15 @@ impl Solid {
             return value;
         }
         value + (self.hu - value) * self.coverage(p)
+    }
+
+    /// What lies at `p`: this where it covers at least half, else what was there.
+    pub(crate) fn structure(&self, p: Vec3, before: u16) -> u16 {
+        let holds = || (0..3).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]));
+        match self.structure {
+            Some(structure) if holds() && self.coverage(p) >= 0.5 => structure,
+            _ => before,
+        }
     }
 
     fn coverage(&self, p: Vec3) -> f64 {
@@ -178,6 +195,12 @@ impl Canvas {
     /// The solids, in the order of painting.
     pub(crate) fn solids(&self) -> &[Solid] {
         &self.solids
+    }
+
+    /// The structure at `p`, 0 for none.
+    pub(crate) fn structure(&self, p: Vec3) -> u16 {
+        let solids = self.solids.iter();
+        solids.fold(0, |before, solid| solid.structure(p, before))
     }
 
     /// HU at `p`.

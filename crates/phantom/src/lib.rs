@@ -25,6 +25,7 @@ mod canvas;
 mod landmark;
 mod plan;
 mod raster;
+pub mod structure;
 mod surface;
 mod trunk;
 mod vec3;
@@ -76,6 +77,11 @@ impl Phantom {
         self.canvas.hu(p.mm())
     }
 
+    /// The structure that `p` lies in, as [`structure`] numbers them; 0 for none of them, and where `p` is not finite.
+    pub fn structure(&self, p: Point<Ct>) -> u16 {
+        self.canvas.structure(p.mm())
+    }
+
     /// Five lymph nodes of 5 mm in fat, beside the great vessels.
     pub fn targets(&self) -> &[Landmark] {
         &self.targets
@@ -120,5 +126,10 @@ impl Phantom {
     /// beyond the slice are left alone. Any grid will do, tilted and sheared ones too.
     pub fn fill_slice(&self, grid: &VolumeGrid, k: u32, out: &mut [i16]) {
         raster::fill_slice(&self.canvas, grid, k, out);
+    }
+
+    /// The same of [`Phantom::structure`]: a label map's slice.
+    pub fn fill_structures(&self, grid: &VolumeGrid, k: u32, out: &mut [i16]) {
+        raster::fill_structures(&self.canvas, grid, k, out);
     }
 }

@@ -10,18 +10,35 @@ use crate::vec3::{Vec3, sub};
 /// Every voxel sees the same operations on the same numbers as [`Canvas::hu`] at its centre: what is left out are solids
 /// whose box does not hold the voxel, and they would return their input unchanged.
 pub(crate) fn fill_slice(canvas: &Canvas, grid: &VolumeGrid, k: u32, out: &mut [i16]) {
+    let paint = |solid: &Solid, p: Vec3, value: f64| solid.paint(p, value);
+    fill(canvas, (grid, k), AIR_HU, paint, |voxel, value| *voxel = to_voxel(value), out);
+}
+
+/// Puts the structures of slice `k` of `grid` into `out`, as [`Canvas::structure`] has them at the voxels' centres.
+pub(crate) fn fill_structures(canvas: &Canvas, grid: &VolumeGrid, k: u32, out: &mut [i16]) {
+    let paint = |solid: &Solid, p: Vec3, value: u16| solid.structure(p, value);
+    fill(canvas, (grid, k), 0, paint, |voxel, value| *voxel = value as i16, out);
+}
+
+fn fill<T: Copy>(
+    canvas: &Canvas,
+    (grid, k): (&VolumeGrid, u32),
+    empty: T,
+    paint: impl Fn(&Solid, Vec3, T) -> T,
+    put: impl Fn(&mut i16, T),
+    out: &mut [i16],
+) {
     let [nx, ny, _] = grid.dims();
     let mut points = vec![[0.0; 3]; nx as usize];
-    let mut values = vec![AIR_HU; nx as usize];
+    let mut values = vec![empty; nx as usize];
     let solids = solids_of_slice(canvas.solids(), grid, k);
     for (j, row) in (0..ny).zip(out.chunks_exact_mut(nx as usize)) {
         for (i, point) in (0..nx).zip(&mut points) {
             *point = centre(grid, i, j, k);
         }
-        paint_row(&solids, &points, &mut values);
-        for (voxel, value) in row.iter_mut().zip(&values) {
-            *voxel = to_voxel(*value);
-        }
+        values.fill(empty);
+        paint_row(&solids, &points, &mut values, &paint);
+        row.iter_mut().zip(&values).for_each(|(voxel, value)| put(voxel, *value));
     }
 }
 
@@ -46,8 +63,12 @@ fn solids_of_slice<'a>(solids: &'a [Solid], grid: &VolumeGrid, k: u32) -> Vec<&'
     solids.iter().filter(|s| s.meets(low, high)).collect()
 }
 
-fn paint_row(solids: &[&Solid], points: &[Vec3], values: &mut [f64]) {
-    values.fill(AIR_HU);
+fn paint_row<T: Copy>(
+    solids: &[&Solid],
+    points: &[Vec3],
+    values: &mut [T],
+    paint: &impl Fn(&Solid, Vec3, T) -> T,
+) {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return;
     };
@@ -58,7 +79,7 @@ fn paint_row(solids: &[&Solid], points: &[Vec3], values: &mut [f64]) {
     for solid in solids.iter().filter(|s| s.meets(low, high)) {
         let span = solid.span(*first, step, points.len());
         for (point, value) in points[span.clone()].iter().zip(&mut values[span]) {
-            *value = solid.paint(*point, *value);
+            *value = paint(solid, *point, *value);
         }
     }
 }

@@ -87,7 +87,7 @@ pub(crate) enum LabelsError {
 pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
     check_output(args)?;
     let examination = args.of.as_ref().map(|of| examination(of, args.series));
-    let (source, is_in_its_frame) = open_labels(&args.path, examination.as_ref())?;
+    let (source, is_in_its_frame) = open_labels(&args.path, examination.as_ref(), 1)?;
     for warning in source.facts().warnings {
         bus::stderr_line!("volume-loader: warning: {}: {warning}", args.path.display());
     }
@@ -117,7 +117,7 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
                 extent: one.extent(),
             })
             .collect();
-        let (mut source, _) = open_labels(&args.path, examination.as_ref())?;
+        let (mut source, _) = open_labels(&args.path, examination.as_ref(), 1)?;
         nrrd::write_labels(out, source.as_mut(), WriteOptions { compress: true }, &segments)?;
         bus::stderr_line!("volume-loader: wrote {}: {} structures", out.display(), segments.len());
     }

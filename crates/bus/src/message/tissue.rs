@@ -223,8 +223,7 @@ impl TissueHeader {
                 expected: 3 * nodes,
             });
         }
-        // Negated as a whole: what is no number is far as well.
-        if let Some(at) = values.iter().position(|x| !(x.abs() <= FARTHEST_MM)) {
+        if let Some(at) = values.iter().position(|x| x.is_nan() || x.abs() > FARTHEST_MM) {
             return Err(TissueError::Place {
                 seq,
                 at,

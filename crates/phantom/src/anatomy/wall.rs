@@ -3,6 +3,7 @@
 use super::{FAT_HU, MUSCLE_HU};
 use crate::canvas::{Canvas, Solid};
 use crate::plan::Plan;
+use crate::structure;
 use crate::surface::Surface;
 use crate::vec3::{add, upright};
 
@@ -45,26 +46,26 @@ fn paint_fat_stripes(plan: &Plan, canvas: &mut Canvas) {
 
 /// Psoas, quadratus lumborum and the erectors of the spine, on either side.
 pub(crate) fn paint_back_muscles(plan: &Plan, canvas: &mut Canvas) {
-    for side in [-1.0, 1.0] {
+    for (side, [back, psoas_of]) in [(-1.0, structure::MUSCLES_RIGHT), (1.0, structure::MUSCLES_LEFT)] {
         let psoas_axis = [side * -0.19, 0.165, 1.0];
         let psoas = Surface::Ellipsoid {
             centre: [side * 45.0, plan.spine_y - 2.0, 18.0],
             axes: upright(psoas_axis),
             semi: [17.0, 20.0, 138.0],
         };
-        canvas.tissue(MUSCLE_HU + 4.0, psoas);
+        canvas.add(Solid::tissue(MUSCLE_HU + 4.0, psoas).of(Some(psoas_of)));
         let quadratus = Surface::Ellipsoid {
             centre: [side * 68.0, plan.spine_y + 30.0, 72.0],
             axes: upright([side * -0.18, 0.0, 1.0]),
             semi: [19.0, 8.5, 68.0],
         };
-        canvas.tissue(MUSCLE_HU, quadratus);
-        paint_erector(plan, canvas, side);
+        canvas.add(Solid::tissue(MUSCLE_HU, quadratus).of(Some(back)));
+        paint_erector(plan, canvas, (side, back));
     }
 }
 
 /// The erectors follow the spine's curve: one barrel per vertebra's height would show, so they are long ellipsoids.
-fn paint_erector(plan: &Plan, canvas: &mut Canvas, side: f64) {
+fn paint_erector(plan: &Plan, canvas: &mut Canvas, (side, structure): (f64, u16)) {
     for (z, dx, wide) in [(175.0, 33.0, 27.0), (75.0, 33.0, 29.0), (-20.0, 27.0, 22.0)] {
         let middle = add(plan.spine_at(z), [side * dx, 46.0, 0.0]);
         let erector = Surface::Ellipsoid {
@@ -74,6 +75,6 @@ fn paint_erector(plan: &Plan, canvas: &mut Canvas, side: f64) {
         };
         // Nothing of it may come out of the muscular wall.
         let inside = Solid::tissue(MUSCLE_HU, erector).and(Surface::Trunk(plan.muscle_wall()));
-        canvas.add(inside);
+        canvas.add(inside.of(Some(structure)));
     }
 }

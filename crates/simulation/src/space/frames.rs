@@ -20,6 +20,7 @@ mod near;
 mod pressed;
 mod reduced;
 mod report;
+mod rest;
 mod search;
 mod settings;
 mod stiffness;
@@ -72,6 +73,8 @@ pub struct Frames {
     bones: Vec<ObstacleContact>,
     settings: Settings,
     now: Now,
+    /// The state at the start, without a tube.
+    begun: Now,
     /// The state of the frame before, where the last one was settled.
     last: Option<Now>,
     contact: Contact,
@@ -190,6 +193,7 @@ impl Frames {
             least_determinant: found.determinant,
             steps: found.steps,
             factor: self.factors.number,
+            depth: found.depth,
             contact_steps: found.contact_steps,
         }
     }

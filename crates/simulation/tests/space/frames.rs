@@ -3,6 +3,7 @@
 mod bone;
 mod follow;
 mod refused;
+mod rest;
 mod slope;
 
 use nalgebra::{Isometry3, Vector3};

@@ -198,7 +198,7 @@ fn segment((number, name): &(u16, &'static str)) -> Elements {
 }
 
 fn read(path: &Path) -> Result<bus::volume::OwnedVolume, crate::LoadError> {
-    labels_in(open_labels(path, None)?.0)
+    labels_in(open_labels(path, None, 1)?.0)
 }
 
 #[test]
@@ -433,14 +433,14 @@ fn a_segmentation_of_another_frame_of_reference_is_refused() {
     }
     let examination = VolumeSpec::of_path(series.path().to_owned());
     let (_folder, path) = Made::new().put();
-    assert!(open_labels(&path, Some(&examination)).unwrap().1);
-    assert!(!open_labels(&path, None).unwrap().1);
+    assert!(open_labels(&path, Some(&examination), 1).unwrap().1);
+    assert!(!open_labels(&path, None, 1).unwrap().1);
     let other = Made {
         frame_of_reference: "1.2.3.4.7",
         ..Made::new()
     };
     let (_folder, path) = other.put();
-    let said = open_labels(&path, Some(&examination)).err().unwrap().to_string();
+    let said = open_labels(&path, Some(&examination), 1).err().unwrap().to_string();
     assert!(said.contains("another frame of reference"), "{said}");
     assert!(!said.contains("1.2.3.4"), "{said}");
 }

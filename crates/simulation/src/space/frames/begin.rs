@@ -74,17 +74,19 @@ impl Frames {
         };
         used.check(tube.least_radius())?;
         let determinant = system.least_determinant(&a);
-        let frames = Self {
-            now: Now {
-                a,
-                at,
-                pressures: touches.pressures(&bones),
-                tube,
-                found: Found {
-                    determinant,
-                    ..Found::default()
-                },
+        let now = Now {
+            a,
+            at,
+            pressures: touches.pressures(&bones),
+            tube,
+            found: Found {
+                determinant,
+                ..Found::default()
             },
+        };
+        let frames = Self {
+            begun: now.clone(),
+            now,
             last: None,
             contact: Contact::new(touches),
             mix: Mix::default(),

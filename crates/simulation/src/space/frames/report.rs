@@ -87,6 +87,8 @@ pub struct Frame {
     pub work: f64,
     /// The least determinant of the deformation gradient at the points of the elements.
     pub least_determinant: f64,
+    /// The deepest that a point is in the tube or bone, and the farthest off it while it presses, mm.
+    pub depth: f64,
     /// Steps made.
     pub steps: usize,
     /// Which second derivatives served, counted from 1: with the poses it fixes the bits.

@@ -1,0 +1,60 @@
+//! Back to the state at the start, where the tube is in nothing: tissue that no tube touches lies as before any did.
+
+use nalgebra::Isometry3;
+
+use super::mix::Mix;
+use super::report::{Frame, State};
+use super::search::Found;
+use super::{Frames, Now};
+use crate::space::tube::Tube;
+
+impl Frames {
+    /// Whether nothing presses on the tube.
+    pub fn is_free(&self) -> bool {
+        self.force().points == 0
+    }
+
+    /// What no point of the tube goes farther than on the way to a pose, mm.
+    pub fn way_to(&self, pose: &Isometry3<f64>) -> f64 {
+        self.tube().way_to(pose)
+    }
+
+    /// The tube at a pose at which it touches no surface of the state at the start, and no solid holds it whole; `None` where it does, or the
+    /// pose is none.
+    fn clear(&self, pose: &Isometry3<f64>) -> Option<Tube> {
+        let tube = self.now.tube.at(*pose).ok()?;
+        let bodies = &self.system.bodies;
+        let touches = (0..bodies.len()).any(|body| {
+            let (solid, part) = (bodies.solid(body), bodies.part(body, &self.begun.a));
+            (0..solid.points()).any(|point| tube.signed_distance(&solid.point(part, point)).value <= 0.0)
+        });
+        // Between its points it may be in a surface, or it is inside altogether.
+        let inside = || self.look_inside(&tube, &self.begun.a).is_err();
+        (!touches && !inside()).then_some(tube)
+    }
+
+    /// Whether a tube at a pose would touch nothing of the state at the start.
+    pub fn is_clear(&self, pose: &Isometry3<f64>) -> bool {
+        self.clear(pose).is_some()
+    }
+
+    /// Puts the tube to a pose without a way there, and the tissue to where it was at the start; `None`, and nothing is changed, where the tube
+    /// would touch it there. That is the state of tissue that was never touched: where the tube has pushed it along to beyond its own
+    /// place it is not, so ask for it where the tube is free, or where nobody knows how it came there.
+    pub fn rest(&mut self, pose: &Isometry3<f64>) -> Option<Frame> {
+        let tube = self.clear(pose)?;
+        self.frame += 1;
+        if self.factors.take_up(self.frame) {
+            self.ways[0] = self.ways[1];
+        }
+        let begun = self.begun.clone();
+        self.restore(Now { tube, ..begun });
+        (self.last, self.mix, self.scale, self.slow) = (None, Mix::default(), self.least_force, false);
+        let found = Found {
+            residual: super::norm(&self.now.at.forces) / self.least_force,
+            ..self.now.found
+        };
+        self.now.found = found;
+        Some(self.report(State::Settled, &found))
+    }
+}
