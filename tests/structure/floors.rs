@@ -34,6 +34,7 @@ const FLOORS: &[(&str, u8)] = &[
     ("surface-registration", 2),
     ("calib-cli", 3),
     ("gateway-proc", 3),
+    ("tissue-proc", 3),
     ("pilot", 3),
     ("recorder", 3),
     ("simulation-cli", 3),

@@ -109,6 +109,7 @@ impl World {
             "calib" => env!("CARGO_BIN_EXE_calib"),
             "recorder" => env!("CARGO_BIN_EXE_recorder"),
             "gateway-proc" => env!("CARGO_BIN_EXE_gateway-proc"),
+            "tissue-proc" => env!("CARGO_BIN_EXE_tissue-proc"),
             "window" => env!("CARGO_BIN_EXE_window"),
             "window-watch" => env!("CARGO_BIN_EXE_window-watch"),
             "simulate" => env!("CARGO_BIN_EXE_simulate"),

@@ -10,6 +10,7 @@ pub(crate) fn all() -> Vec<clap::Command> {
         slice_view_proc::cli::command(),
         recorder::cli::command(),
         gateway_proc::cli::command(),
+        tissue_proc::cli::command(),
         window::cli::command(),
         window::watch::cli::command(),
         calib_cli::cli::command(),

@@ -25,6 +25,7 @@ const PROGRAMS: [&str; 11] = [
     "slice-view-proc",
     "recorder",
     "gateway-proc",
+    "tissue-proc",
     "window",
     "window-watch",
     "calib",

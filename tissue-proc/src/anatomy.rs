@@ -1,0 +1,218 @@
+//! From the scene of organs and its label map to meshes that lie in the examination.
+
+use std::path::{Path, PathBuf};
+
+use bus::message::TissueMesh;
+use bus::volume::LabelMap;
+use geometry::rotation::RotationMatrix;
+use geometry::{Ct, DoorError, Model as ModelFrame, Rigid, VolumeGrid, checked};
+use nalgebra::Vector3;
+use organs::{Labels, Model, NoLabels, Parsed, Plan, RawSpaceScene, sha};
+use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
+use simulation::space::cells::Lattice;
+use simulation::space::frames::{Frames, NoFrames, Settings};
+use simulation::space::tube::TubeError;
+
+use crate::live::{Live, pose_at, tube};
+use crate::message;
+
+type Cause = Box<dyn std::error::Error + Send + Sync>;
+
+/// Reads the label map at a path, of an examination; the generated patient's of a seed. Handed in by the binary, as this crate knows no
+/// file formats.
+pub(crate) type LoadLabels = fn(&Path, &VolumeSpec, u64) -> Result<LabelMap, Cause>;
+
+/// Rounding of the axes of a label map that are orthogonal.
+const ROUNDING: f64 = 1e-4;
+/// Two diameters are one to this, mm.
+const SAME: f64 = 1e-6;
+
+/// Why organs are not moved.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum NoAnatomy {
+    /// The scene of organs, or what it says of the label map.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The label map.
+    #[error("{path}: {source}")]
+    Labels {
+        /// Its file.
+        path: PathBuf,
+        /// Why.
+        source: Cause,
+    },
+    /// No label map for solids.
+    #[error("{path}: {source}")]
+    NoLabels {
+        /// Its file.
+        path: PathBuf,
+        /// Why.
+        source: NoLabels,
+    },
+    /// Of another patient, or of another scan of the same.
+    #[error(
+        "{path}: its voxels are not those of the run's examination: organs of another grid, or of another patient, would be moved. Give a label map of this examination"
+    )]
+    OtherGrid {
+        /// The label map.
+        path: PathBuf,
+    },
+    /// More than the live model does.
+    #[error("{path}: {found} organs; one is moved in a run so far")]
+    Organs {
+        /// The scene of organs.
+        path: PathBuf,
+        /// How many.
+        found: usize,
+    },
+    /// A tube that is not the run's.
+    #[error(
+        "{path}: key tube.diameter: found {found} mm; the run's tool has {expected} mm (tool.diameter_mm): the model must be pushed by the tube that is tracked"
+    )]
+    Tool {
+        /// The scene of organs.
+        path: PathBuf,
+        /// Its tube's diameter.
+        found: f64,
+        /// The tool's.
+        expected: f64,
+    },
+    /// Axes that make no rigid transform.
+    #[error("the axes of the label map: {0}")]
+    Axes(#[from] DoorError),
+    /// The tool is no tube.
+    #[error("the tool as a tube: {0}")]
+    Tube(#[from] TubeError),
+    /// No state to begin with.
+    #[error("{path}: {source}")]
+    Frames {
+        /// The scene of organs.
+        path: PathBuf,
+        /// Why.
+        source: NoFrames,
+    },
+    /// Cubes of 8 nodes, which no image draws.
+    #[error("the mesh has cubes of 8 nodes, which images do not draw")]
+    Cubes,
+}
+
+/// An organ ready for poses.
+pub(crate) struct Anatomy {
+    pub(crate) live: Live,
+    pub(crate) lattice: Lattice,
+    pub(crate) mesh: TissueMesh,
+    /// In words.
+    pub(crate) said: String,
+}
+
+/// Makes what the scene's table asks for, in the examination of `grid` and `hash`.
+///
+/// # Errors
+/// [`NoAnatomy`].
+pub(crate) fn make(
+    (scene, spec): (&Scene, &TissueSpec),
+    (grid, hash): (&VolumeGrid, [u8; 32]),
+    load: LoadLabels,
+) -> Result<Anatomy, NoAnatomy> {
+    let path = &spec.organs;
+    let source = Parsed::<RawSpaceScene>::parse(organs::read(path)?, path)?;
+    let plan = Plan::new(&source.scene).map_err(|why| source.error_at(why))?;
+    alone(path, &plan, scene)?;
+    let labels = labels(&source, &plan, (scene, grid), load)?;
+    let model = Model::without_tube(&plan, &labels).map_err(|why| source.error_at(why))?;
+    let ct_from_model = placed(&labels)?;
+    let body = &model.bodies[0];
+    let lattice = body.mesh.lattice().ok_or(NoAnatomy::Cubes)?;
+    let mesh = message::mesh(body, &lattice, (ct_from_model, hash));
+    let said = format!(
+        "{}: {} cubes, {} unknowns",
+        body.name,
+        lattice.cubes.len(),
+        body.mesh.unknowns()
+    );
+    let frames = frames(model, scene, spec)?;
+    Ok(Anatomy {
+        live: Live::new(frames, ct_from_model),
+        lattice,
+        mesh,
+        said,
+    })
+}
+
+/// One organ, and the tube of the run.
+fn alone(path: &Path, plan: &Plan, scene: &Scene) -> Result<(), NoAnatomy> {
+    let path = || path.to_owned();
+    if plan.organs.len() != 1 {
+        return Err(NoAnatomy::Organs {
+            path: path(),
+            found: plan.organs.len(),
+        });
+    }
+    let (found, expected) = (2.0 * plan.way.radius, scene.tool.diameter_mm);
+    match (found - expected).abs() <= SAME {
+        true => Ok(()),
+        false => Err(NoAnatomy::Tool {
+            path: path(),
+            found,
+            expected,
+        }),
+    }
+}
+
+fn labels(
+    source: &Parsed<RawSpaceScene>,
+    plan: &Plan,
+    (scene, grid): (&Scene, &VolumeGrid),
+    load: LoadLabels,
+) -> Result<Labels, NoAnatomy> {
+    let beside = source.path.parent().unwrap_or_else(|| Path::new(""));
+    let path = beside.join(&source.scene.space.labels);
+    let named = |source: Cause| NoAnatomy::Labels {
+        path: path.clone(),
+        source,
+    };
+    let map = load(&path, &scene.volume, scene.seed).map_err(named)?;
+    let wanted = plan.labels_sha256.as_deref();
+    if wanted.is_some() {
+        let found = sha::of_labels(&path).map_err(|error| named(error.into()))?;
+        sha::pinned(wanted, &path, found.as_deref()).map_err(|why| source.error_at(why))?;
+    }
+    // Of other voxels it may be of another patient.
+    if map.lies_on(grid).is_doubtful() {
+        return Err(NoAnatomy::OtherGrid { path });
+    }
+    let (volume, view) = (&map.volume, map.volume.view());
+    let slice = |z: u32, out: &mut [i16]| view.slice(z, out);
+    Labels::new(&volume.grid, volume.hash.to_string(), slice).map_err(|source| NoAnatomy::NoLabels { path, source })
+}
+
+/// Where the label map's axes are in the patient.
+fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError> {
+    let columns = [0, 1, 2].map(|axis| labels.turned(&Vector3::ith(axis, 1.0)));
+    let rows = [0, 1, 2].map(|row| columns.map(|column| column[row]));
+    let turn = RotationMatrix::new(rows, ROUNDING).map(|matrix| matrix.rotation().quaternion());
+    // Axes that are no rotation have been refused: numbers that are none are refused by the door.
+    let quaternion = turn.unwrap_or([f64::NAN; 4]);
+    checked::rigid(quaternion, labels.patient(&Vector3::zeros()).into(), 1e-9)
+}
+
+/// The organ with the run's tube at the entry of its way.
+fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAnatomy> {
+    let (way, last) = (model.way, model.way.last(&model.bodies[0].field));
+    let begin = pose_at(&way.entry, &way.direction, way.radius);
+    let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;
+    let settings = Settings {
+        tolerance: spec.tolerance,
+        most_steps: spec.most_steps,
+        refresh: spec.refresh_mm,
+        delay: spec.delay,
+        ..Settings::default()
+    };
+    // Where points of the surface were laid for it.
+    let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
+    let a = model.system.initial();
+    Frames::new(model.system, a, 0, tube, settings, wanted).map_err(|source| NoAnatomy::Frames {
+        path: spec.organs.clone(),
+        source,
+    })
+}

@@ -1,0 +1,103 @@
+//! The organ's state for one pose after the other.
+
+use geometry::{Ct, Model, Rigid, Tool};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use simulation::space::frames::{Frame, Frames, Refused, State};
+use simulation::space::tube::{Tube, TubeError};
+
+/// A tube that was elsewhere is walked to its pose through tissue over no longer a way, mm: how it came there nobody saw.
+pub(crate) const MOST_WALKED_MM: f64 = 30.0;
+
+/// What became of a pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Answer {
+    /// A state, at the pose or on the way to it.
+    State(Frame),
+    /// There is none: see [`Refused`].
+    Refused(Refused),
+    /// The tube lies in tissue, so far from where it was last that nobody knows how it came there.
+    Unseen {
+        /// From where it was, mm.
+        way: f64,
+    },
+}
+
+/// An organ and the tube.
+#[derive(Debug)]
+pub(crate) struct Live {
+    pub(crate) frames: Frames,
+    ct_from_model: Rigid<Ct, Model>,
+    /// From the tool's frame, whose origin is the foremost point, to the middle of the round tip, mm along z.
+    radius: f64,
+}
+
+/// The scene's tube in a frame of its own: the middle of its round tip is the origin, and the handle is along -z.
+///
+/// # Errors
+/// [`TubeError`], of numbers that no checked scene has.
+pub(crate) fn tube(diameter_mm: f64, length_mm: f64, pose: Isometry3<f64>) -> Result<Tube, TubeError> {
+    let radius = 0.5 * diameter_mm;
+    let handle = Point3::new(0.0, 0.0, -(length_mm - radius).max(0.0));
+    Tube::new(pose, &[Point3::origin(), handle], &[radius; 2])
+}
+
+/// The pose of that tube with its foremost point at `tip`, pushed along `direction`, of length 1.
+pub(crate) fn pose_at(tip: &Vector3<f64>, direction: &Vector3<f64>, radius: f64) -> Isometry3<f64> {
+    // Straight on or straight back: any half turn will do.
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), direction)
+        .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+    Isometry3::from_parts(Translation3::from(tip - direction * radius), turn)
+}
+
+impl Live {
+    pub(crate) fn new(frames: Frames, ct_from_model: Rigid<Ct, Model>) -> Self {
+        let radius = frames.tube().least_radius();
+        Self {
+            frames,
+            ct_from_model,
+            radius,
+        }
+    }
+
+    /// The pose of the tube in the model's frame.
+    fn pose(&self, ct_from_tool: Rigid<Ct, Tool>) -> Isometry3<f64> {
+        let model_from_tool = self.ct_from_model.inverse() * ct_from_tool;
+        let [w, x, y, z] = model_from_tool.quaternion();
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let tip = Vector3::from(model_from_tool.translation_mm());
+        Isometry3::from_parts(Translation3::from(tip - turn * Vector3::z() * self.radius), turn)
+    }
+
+    /// The state for a pose.
+    pub(crate) fn answer(&mut self, ct_from_tool: Rigid<Ct, Tool>) -> Answer {
+        let pose = self.pose(ct_from_tool);
+        let way = self.frames.way_to(&pose);
+        // Not where the tube presses: it may have pushed the organ along to beyond its own place.
+        let unknown = way > MOST_WALKED_MM;
+        if (unknown || self.frames.is_free())
+            && let Some(frame) = self.frames.rest(&pose)
+        {
+            return Answer::State(frame);
+        }
+        if unknown {
+            return Answer::Unseen { way };
+        }
+        let frame = self.frames.frame(&pose);
+        match frame.state {
+            State::Refused(why) => Answer::Refused(why),
+            _ => Answer::State(frame),
+        }
+    }
+
+    /// What a vector of the model's axes is in the CT's.
+    pub(crate) fn turned(&self, vector: &Vector3<f64>) -> [f64; 3] {
+        let moved = self.ct_from_model * geometry::Vector::<Model>::new(vector.x, vector.y, vector.z);
+        moved.mm()
+    }
+
+    /// The moment about the foremost point of the tube, from that about the middle of its tip, in the CT's axes.
+    pub(crate) fn moment_about_tip(&self, frame: &Frame) -> [f64; 3] {
+        let forward = self.frames.tube().pose().rotation * Vector3::z() * self.radius;
+        self.turned(&(frame.force.moment - forward.cross(&frame.force.force)))
+    }
+}

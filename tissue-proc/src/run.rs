@@ -1,0 +1,209 @@
+//! The process: the newest pose in, its state out.
+
+use std::ops::ControlFlow;
+use std::thread;
+use std::time::Duration;
+
+use bus::BusError;
+use bus::clock;
+use bus::continuity::Continuity;
+use bus::message::{Lost, ProcessState, TissueHeader, TissueMeshHeader, ToolPose, Tracked};
+use bus::port::{HeadedPublisher, SharedVolume, Subscriber, VolumeSubscriber};
+use bus::process::{JoinError, Membership, Process};
+use bus::topic::{TISSUE, TISSUE_MESH, TOOL_POSE};
+use bus::wake::Waits;
+use scene::TissueSpec;
+use simulation::space::cells::Lattice;
+
+use crate::anatomy::{Anatomy, LoadLabels, NoAnatomy, make};
+use crate::live::{Answer, Live};
+use crate::message::header;
+
+/// Its name in the run.
+const NAME: &str = "tissue";
+/// The loop comes round at least this often: for signs of life and for those who join late.
+const TICK: Duration = Duration::from_millis(20);
+/// Poses that wait at most: all are judged, and the newest is answered.
+const ROOM: usize = 64;
+
+/// Why it ended.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum RunError {
+    /// The run could not be joined.
+    #[error(transparent)]
+    Join(#[from] JoinError),
+    /// A message could not be sent or taken.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// Nothing is to be moved.
+    #[error("the scene has no [tissue] table: no organ is to be moved")]
+    NoTissue,
+    /// What is to be moved was refused.
+    #[error("the organs of [tissue]: {0}")]
+    Anatomy(#[from] NoAnatomy),
+}
+
+/// Moves organs until asked to stop.
+///
+/// # Errors
+/// [`RunError`].
+pub(crate) fn run(membership: &Membership, load: LoadLabels) -> Result<(), RunError> {
+    let mut process = Process::join(NAME, membership)?;
+    let spec = process.scene.tissue.clone().ok_or(RunError::NoTissue)?;
+    let volumes = process.volumes()?;
+    let Some(volume) = waited_for(&mut process, &volumes)? else {
+        return Ok(());
+    };
+    let anatomy = made(&mut process, &spec, &volume, load)?;
+    // The voxels are nobody's need any more.
+    drop((volume, volumes));
+    let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", ROOM)?;
+    let mut tissue = Tissue::open(process, anatomy)?;
+    Waits::every(TICK)
+        .message(&poses, None)
+        .run(|| match tissue.step(&poses) {
+            Ok(flow) => flow.map_break(Ok),
+            Err(error) => ControlFlow::Break(Err(error)),
+        })?
+}
+
+/// The run's examination; `None` where the process is to stop.
+fn waited_for(process: &mut Process, volumes: &VolumeSubscriber) -> Result<Option<SharedVolume>, RunError> {
+    while !process.stop.is_set() {
+        if let Some(volume) = volumes.poll()? {
+            return Ok(Some(volume));
+        }
+        process.beat(ProcessState::Starting, "waiting for the volume")?;
+        thread::sleep(TICK);
+    }
+    Ok(None)
+}
+
+/// Reads and meshes while this thread gives signs of life.
+fn made(
+    process: &mut Process,
+    spec: &TissueSpec,
+    volume: &SharedVolume,
+    load: LoadLabels,
+) -> Result<Anatomy, RunError> {
+    let (scene, grid, hash) = (process.scene.clone(), *volume.view().grid, volume.hash().0);
+    thread::scope(|scope| {
+        let working = scope.spawn(|| make((&scene, spec), (&grid, hash), load));
+        while !working.is_finished() {
+            process.beat(ProcessState::Starting, "meshing the organs")?;
+            thread::sleep(TICK);
+        }
+        let made = working.join();
+        Ok(made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?)
+    })
+}
+
+/// The state between two wake-ups.
+struct Tissue {
+    process: Process,
+    live: Live,
+    lattice: Lattice,
+    mesh_id: [u8; 32],
+    said: String,
+    meshes: HeadedPublisher<TissueMeshHeader, u8>,
+    states: HeadedPublisher<TissueHeader, f32>,
+    continuity: Continuity,
+    /// Of the last message.
+    seq: u64,
+    /// Where the nodes are now.
+    places: Vec<f32>,
+    /// What the last pose came to, for the status.
+    note: String,
+}
+
+impl Tissue {
+    fn open(process: Process, anatomy: Anatomy) -> Result<Self, BusError> {
+        let (header, bytes) = anatomy.mesh.write();
+        let meshes = HeadedPublisher::open(&process.bus, &TISSUE_MESH, bytes.len())?;
+        let states = HeadedPublisher::open(&process.bus, &TISSUE, 3 * anatomy.mesh.nodes())?;
+        meshes.send(header, &bytes)?;
+        Ok(Self {
+            process,
+            live: anatomy.live,
+            lattice: anatomy.lattice,
+            mesh_id: header.mesh_id,
+            said: anatomy.said,
+            meshes,
+            states,
+            continuity: Continuity::default(),
+            seq: 0,
+            places: Vec::new(),
+            note: "no pose yet".to_owned(),
+        })
+    }
+
+    fn step(&mut self, poses: &Subscriber<ToolPose>) -> Result<ControlFlow<()>, RunError> {
+        if self.process.stop.is_set() {
+            self.process.beat(ProcessState::Stopping, "asked to stop")?;
+            return Ok(ControlFlow::Break(()));
+        }
+        self.process.session.follow()?;
+        let mut newest = None;
+        while let Some(sample) = poses.next()? {
+            newest = Some((sample, self.judged(&sample)));
+        }
+        if let Some((sample, tracked)) = newest {
+            self.answer(&sample, tracked)?;
+        }
+        self.meshes.serve_late_joiners();
+        self.states.serve_late_joiners();
+        let (said, note) = (&self.said, &self.note);
+        self.process
+            .beat_with(ProcessState::Ready, || format!("{said}; {note}"))?;
+        Ok(ControlFlow::Continue(()))
+    }
+
+    /// What a sample comes to, as for images: see [`bus::continuity`].
+    fn judged(&mut self, sample: &ToolPose) -> Tracked {
+        let session = &self.process.session;
+        let Ok(tracked) = sample.tracked_at(session.clock().now_ns()) else {
+            self.process.counters.refused += 1;
+            return Tracked::Lost(Lost::Refused);
+        };
+        let frozen_ns = self.process.scene.frozen().map(clock::ns);
+        self.continuity.judge(sample, tracked, frozen_ns).tracked
+    }
+
+    /// Publishes the state for a sample: without nodes where there is none, or the sample has no pose.
+    fn answer(&mut self, sample: &ToolPose, tracked: Tracked) -> Result<(), BusError> {
+        let answer = match tracked {
+            Tracked::Valid(pose) => Some(self.live.answer(pose)),
+            Tracked::Lost(_) => None,
+        };
+        self.places.clear();
+        if let Some(Answer::State(_)) = answer {
+            self.lattice.displaced(self.live.frames.state(), &mut self.places);
+        }
+        self.note = said(answer.as_ref());
+        self.seq += 1;
+        let header = TissueHeader {
+            t_publish_ns: self.process.session.clock().now_ns(),
+            ..header(sample, (self.seq, self.mesh_id), answer.as_ref(), &self.live)
+        };
+        self.process.counters.published += 1;
+        self.states.send(header, &self.places)
+    }
+}
+
+/// What became of a pose, in words.
+fn said(answer: Option<&Answer>) -> String {
+    match answer {
+        None => "no pose".to_owned(),
+        Some(Answer::Refused(why)) => format!("refused: {why}"),
+        Some(Answer::Unseen { way }) => format!(
+            "refused: the tube lies in tissue {way:.0} mm from where it was last, and nobody saw how it came there: draw it back"
+        ),
+        Some(Answer::State(frame)) => format!(
+            "{:?}, {:.2} N, residual {:.1e}, {} steps",
+            frame.state,
+            frame.force.force.norm(),
+            frame.residual,
+            frame.steps
+        ),
+    }
+}
