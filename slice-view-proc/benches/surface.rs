@@ -90,6 +90,7 @@ fn images(volume: &OwnedVolume, anatomy: Arc<Anatomy>) -> (f64, f64) {
             chosen: Some(&chosen),
             seq: u64::from(i),
             registration_id: 1,
+            tissue: slice_view_proc::tissue::Tissues::default(),
         };
         renderer.turn(camera);
         cpu_ms(|| drop(renderer.render(&what, &scene, &mut Cpu::default())))

@@ -20,6 +20,7 @@ pub mod reslice;
 mod run;
 mod snapshot;
 mod stride;
+pub mod tissue;
 mod view;
 pub mod warp;
 

@@ -4,6 +4,7 @@ mod cuts;
 mod layout;
 mod ruler;
 mod shapes;
+mod tissue;
 mod tube;
 mod way;
 mod words;
@@ -15,6 +16,7 @@ use picture::{Canvas, Rgb, palette};
 use scene::{Plane, Target, ToolSpec, View};
 
 use crate::accuracy::Accuracy;
+use crate::tissue::Tissues;
 
 pub use shapes::NEAR_PLANE_MM;
 pub(crate) use words::SMALLEST_WITH_WORDS;
@@ -127,6 +129,8 @@ pub struct Overlay<'a> {
     pub marks: Marks,
     /// What the back end that sampled it has to say, see [`Resampler::caution`](crate::reslice::Resampler::caution).
     pub caution: &'a str,
+    /// What is shown of the tissue.
+    pub tissue: Tissues<'a>,
 }
 
 impl Overlay<'_> {
@@ -143,6 +147,7 @@ impl Overlay<'_> {
         if let Some(pose) = self.pose {
             self.tube(canvas, pose);
         }
+        self.model_frame(canvas);
         if let Some((colour, width)) = self.frame() {
             canvas.border(colour, width);
         }
@@ -190,6 +195,7 @@ impl Overlay<'_> {
             Notice::Stale(_) => palette::WARN,
             Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,
+            _ if self.tissue_alarm().is_some() => palette::WARN,
             _ if !self.remarks.is_empty() || (wordless && self.outside) => palette::WARN,
             _ => return None,
         };

@@ -1,10 +1,12 @@
 //! One image from one pose.
 
+mod organs;
+
 use std::sync::Arc;
 
 use bus::message::{Chosen, FrameState, Images, Marks};
 use bus::volume::VolumeView;
-use geometry::{Ct, PlaneError, Point, Rigid, SlicePlane, Tool};
+use geometry::{Ct, DoorError, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
 use scene::{Extent, Plane, Scene, View, WindowLevel};
 
@@ -14,7 +16,10 @@ use crate::outside::{hatch, hatch_all};
 use crate::overlay::{Notice, Origin, Overlay};
 use crate::overview::{Anatomy, Overview, Things};
 use crate::reslice::{Resampler, ResliceError};
+use crate::tissue::Tissues;
 use crate::view;
+use crate::warp::NoWarp;
+use organs::Organs;
 
 /// How bright the last slice stays when there is no pose: 1 is 256.
 const DIMMED: u16 = 90;
@@ -25,6 +30,7 @@ pub struct Renderer {
     view: View,
     canvas: Canvas,
     hu: Vec<f32>,
+    organs: Organs,
     /// Of the image drawn last, where a pose placed it.
     plane: Option<SlicePlane>,
     /// Of a surface view.
@@ -60,6 +66,8 @@ pub struct Rendered<'a> {
     pub seq: u64,
     /// The registration.
     pub registration_id: u64,
+    /// What is shown of the tissue.
+    pub tissue: Tissues<'a>,
 }
 
 /// Why an image was not drawn.
@@ -68,6 +76,12 @@ pub enum RenderError {
     /// Its plane is unusable, see [`view::plane`].
     #[error("placing an image: {0}")]
     Plane(#[from] PlaneError),
+    /// Organs were not drawn.
+    #[error("drawing organs that have moved: {0}")]
+    Organs(#[from] NoWarp),
+    /// The plane as the organs' model has it.
+    #[error("placing an image in the model of the organs: {0}")]
+    Model(#[from] DoorError),
     /// The volume was not sampled.
     #[error("sampling the volume: {0}")]
     Reslice(#[from] ResliceError),
@@ -96,6 +110,7 @@ impl Renderer {
                 Plane::Surface => Vec::new(),
                 _ => vec![0.0; width as usize * height as usize],
             },
+            organs: Organs::default(),
             plane: None,
             surface: (view.plane == Plane::Surface).then(|| Overview::new(view.size)),
             turned: None,
@@ -233,6 +248,7 @@ impl Renderer {
             registration_id: what.registration_id,
             volume: what.volume_name,
             marks: what.marks,
+            tissue: what.tissue,
             caution: self.surface.as_ref().map_or(resampler.caution(), Overview::caution),
         };
         overlay.draw(&mut self.canvas);
@@ -249,6 +265,11 @@ impl Renderer {
         let is_cut = is_cut(what);
         if is_cut {
             resampler.reslice(&what.volume, plane, &self.view.sampling, &mut self.hu)?;
+            let sampled = (&what.volume, plane, self.view.sampling.filter);
+            match &what.tissue.moved {
+                Some(moved) => self.organs.put(moved, sampled, resampler, &mut self.hu)?,
+                None => self.organs.clear(),
+            }
         } else {
             self.hu.fill(f32::from(what.volume.padding_hu));
         }
@@ -257,6 +278,7 @@ impl Renderer {
             true => {
                 let thickness_mm = self.view.sampling.slab.map_or(0.0, |slab| slab.thickness_mm);
                 hatch(&mut self.canvas, plane, what.volume.grid, thickness_mm);
+                self.organs.mark(&mut self.canvas);
             }
             false => hatch_all(&mut self.canvas),
         }

@@ -72,6 +72,21 @@ pub trait Resampler {
         sampling: &Sampling,
         hu: &mut [f32],
     ) -> Result<(), ResliceError>;
+
+    /// Samples the volume at `places`, mm in the CT's frame, one value to each: single points, neither means over areas nor slabs;
+    /// outside the volume the padding. Back ends that draw planes alone refuse it.
+    ///
+    /// # Errors
+    /// [`ResliceError`].
+    fn reslice_at(
+        &mut self,
+        _volume: &VolumeView<'_>,
+        _places: &[[f32; 3]],
+        filter: Filter,
+        _hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        Err(ResliceError::NotPrepared(filter))
+    }
 }
 
 /// Why a plane was not sampled.

@@ -4,6 +4,7 @@ mod draw;
 mod follow;
 mod look;
 mod ruled;
+mod tissue;
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
@@ -30,6 +31,7 @@ use crate::overview::{Anatomy, LabelFile, LoadLabels};
 use crate::remarks::Remarks;
 use crate::render::RenderError;
 use crate::reslice::{Chosen, Resampler};
+use crate::tissue::{States, Tissue, states};
 use follow::Strides;
 
 /// The loop comes round at least this often: for signs of life and for volumes, which do not wake anybody.
@@ -52,6 +54,14 @@ pub enum RunError {
     /// The scene has no image of this direction.
     #[error("the scene has no {0} view: nothing to render")]
     NoView(&'static str),
+}
+
+/// What comes from others.
+struct Inlets {
+    poses: Subscriber<ToolPose>,
+    server: CommandServer,
+    /// Of organs, where any are moved in these views.
+    states: Option<States>,
 }
 
 /// The state of the process between two wake-ups.
@@ -94,6 +104,8 @@ struct SliceView {
     /// What the views cannot show, for the pilot's status and the report.
     wordless: String,
     load_labels: LoadLabels,
+    /// Organs that the tube moves, where the scene has any.
+    tissue: Option<Tissue>,
 }
 
 /// Gives the surface views their anatomy: made once for all that have the same bone.
@@ -126,11 +138,18 @@ pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadLabels
     let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
     let server = CommandServer::open(&process.bus, &name)?;
     let stale = process.scene.limits.stale;
+    let moves = process.scene.tissue.is_some() && plane != Plane::Surface;
+    let states = moves.then(|| states(&process.bus)).transpose()?;
     let mut view = SliceView::new(process, plane, load_labels)?;
-    Waits::every(TICK)
-        .message(&poses, Some(stale))
-        .request(&server)
-        .run(|| match view.step(&poses, &server) {
+    let inlets = Inlets { poses, server, states };
+    let waits = Waits::every(TICK)
+        .message(&inlets.poses, Some(stale))
+        .request(&inlets.server);
+    let waits = match &inlets.states {
+        Some(states) => waits.headed(states),
+        None => waits,
+    };
+    waits.run(|| match view.step(&inlets) {
             Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
             Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
             Err(error) => ControlFlow::Break(Err(error)),
@@ -163,6 +182,7 @@ impl SliceView {
             volumes: process.volumes()?,
             guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
             chosens: Chosens::default(),
+            tissue: tissue::open(&process, plane)?,
             resampler: Chosen::new(render),
             process,
             outputs,
@@ -184,14 +204,15 @@ impl SliceView {
         })
     }
 
-    fn step(&mut self, poses: &Subscriber<ToolPose>, server: &CommandServer) -> Result<ControlFlow<()>, RunError> {
+    fn step(&mut self, inlets: &Inlets) -> Result<ControlFlow<()>, RunError> {
         if self.process.stop.is_set() {
             self.process.beat(ProcessState::Stopping, "asked to stop")?;
             return Ok(ControlFlow::Break(()));
         }
         self.take_volume()?;
+        self.hear_tissue(inlets.states.as_ref())?;
         // One a turn: who asks again and again does not keep the poses from being drawn.
-        if let Some(request) = server.next()? {
+        if let Some(request) = inlets.server.next()? {
             self.answer(request)?;
         }
         if self.volume.is_none() {
@@ -199,8 +220,8 @@ impl SliceView {
             return Ok(ControlFlow::Continue(()));
         }
         match self.process.session.is_ruled() {
-            true => self.follow_ruled(poses)?,
-            false => self.follow(poses)?,
+            true => self.follow_ruled(&inlets.poses)?,
+            false => self.follow(&inlets.poses)?,
         }
         self.outputs.iter().for_each(Output::serve_late_joiners);
         if let Some(volume) = &self.volume {

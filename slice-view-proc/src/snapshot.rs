@@ -10,6 +10,7 @@ use scene::{
     WindowLevel,
 };
 
+use crate::tissue::Tissues;
 use crate::mha::{MhaError, write_mha};
 use crate::overlay::{Notice, Origin};
 use crate::overview::{Anatomy, LoadVolume};
@@ -37,6 +38,9 @@ pub(crate) struct Snapshot {
 /// Why there is no snapshot.
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotError {
+    /// The image was not drawn.
+    #[error(transparent)]
+    Render(RenderError),
     /// The volume cannot be read.
     #[error("{0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
@@ -117,6 +121,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
         chosen: None,
         seq: 0,
         registration_id: 0,
+        tissue: Tissues::default(),
     };
     let (mut reference, mut chosen) = (Reference::default(), Chosen::new(what.render));
     let resampler: &mut dyn Resampler = if what.reference { &mut reference } else { &mut chosen };
@@ -132,6 +137,7 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
     let plane = plane.map_err(|error| match error {
         RenderError::Plane(why) => SnapshotError::Plane(why),
         RenderError::Reslice(why) => failed(why),
+        other => SnapshotError::Render(other),
     })?;
     if let Some(path) = &what.out {
         let stamp = FrameStamp {

@@ -41,6 +41,7 @@ fn what(volume: &OwnedVolume) -> Rendered<'_> {
         chosen: None,
         seq: 7,
         registration_id: 1,
+        tissue: slice_view_proc::tissue::Tissues::default(),
     }
 }
 

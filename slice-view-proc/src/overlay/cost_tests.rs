@@ -66,6 +66,7 @@ fn the_cost_of_an_overlay() {
             volume: "01234567",
             marks: Marks::default(),
             caution: "",
+            tissue: crate::tissue::Tissues::default(),
         };
         let mut canvas = Canvas::new(512, 512);
         let [handle, tip] = [-scene.tool.length_mm, 0.0].map(|z| plane.project(pose * Point::<Tool>::new(0.0, 0.0, z)));

@@ -293,6 +293,7 @@ impl Made {
             volume: "01234567",
             marks: Marks::default(),
             caution: "",
+            tissue: crate::tissue::Tissues::default(),
         })
     }
 

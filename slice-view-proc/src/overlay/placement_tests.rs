@@ -137,6 +137,7 @@ fn with_overlay<T>(drawn: &Drawn, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
         volume: "01234567",
         marks: if drawn.marks { all } else { Marks::NONE },
         caution: "GPU LOST, CPU DRAWS",
+        tissue: crate::tissue::Tissues::default(),
     })
 }
 

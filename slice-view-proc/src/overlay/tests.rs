@@ -32,6 +32,7 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
         volume: "01234567",
         marks: Marks::default(),
         caution: "",
+        tissue: crate::tissue::Tissues::default(),
     };
     let mut canvas = Canvas::new(view.size[0], view.size[1]);
     overlay.draw(&mut canvas);
@@ -130,6 +131,7 @@ fn of_targets<T>(chosen: Option<&Chosen>, look: impl FnOnce(&Overlay<'_>) -> T) 
         volume: "01234567",
         marks: Marks::default(),
         caution: "",
+        tissue: crate::tissue::Tissues::default(),
     })
 }
 
@@ -274,6 +276,7 @@ fn no_figure_stands_on_a_surface() {
                 volume: "01234567",
                 marks: Marks::DOWNSAMPLED,
                 caution: "NO BONE FOUND",
+                tissue: crate::tissue::Tissues::default(),
             };
             let words = overlay.words();
             let said: Vec<&str> = words.layout.placed.iter().map(|word| word.text.as_str()).collect();

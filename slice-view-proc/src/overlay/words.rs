@@ -109,6 +109,7 @@ impl Overlay<'_> {
         let [width, height] = self.view.size;
         let mut layout = Layout::new(width, height);
         layout.place(self.replay_word());
+        layout.place(self.model_word());
         let bands = self.bands(&mut layout);
         // A window around a surface has no plane to tell them by.
         let has_letters = self.says_all() || self.is_surface();
@@ -172,6 +173,16 @@ impl Overlay<'_> {
         self.caption(word, 24.0, palette::REPLAY, vec![(at, Anchor::Centre)])
     }
 
+    /// Organs are where a model has them.
+    fn model_word(&self) -> Caption {
+        let word = if self.shows_model() { "MODEL" } else { "" };
+        let at = [0.5, 0.3, 0.7].map(|part| {
+            let x = part * f64::from(self.view.size[0]);
+            ([x, 44.0 * self.word_unit()], Anchor::Centre)
+        });
+        self.caption(word, 20.0, palette::WORDS, at.into())
+    }
+
     /// Alarms, each in a band of its own, below one another; in smaller type where they would leave the letters no room.
     fn bands(&self, layout: &mut Layout) -> Vec<Band> {
         let [width, height] = self.view.size.map(f64::from);
@@ -232,6 +243,7 @@ impl Overlay<'_> {
             };
             alarms.push((text.to_owned(), palette::WARN));
         }
+        alarms.extend(self.tissue_alarm().map(|text| (text, palette::WARN)));
         alarms.extend(self.remarks.iter().map(|remark| ((*remark).to_owned(), palette::WARN)));
         alarms
     }

@@ -10,7 +10,7 @@ use bus::clock::{monotonic_ns, ns};
 use bus::message::GPU_GIVEN_UP;
 use bus::volume::VolumeView;
 use geometry::SlicePlane;
-use scene::{BackEnd, Render, Sampling};
+use scene::{BackEnd, Filter, Render, Sampling};
 
 use super::gpu::Accepted;
 use super::opening::Opening;
@@ -328,6 +328,16 @@ impl Resampler for Chosen {
             other => self.card = other,
         }
         Ok(())
+    }
+
+    fn reslice_at(
+        &mut self,
+        volume: &VolumeView<'_>,
+        places: &[[f32; 3]],
+        filter: Filter,
+        hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        self.cpu.reslice_at(volume, places, filter, hu)
     }
 
     fn reslice(

@@ -35,6 +35,16 @@ impl Resampler for Reference {
         Ok(())
     }
 
+    fn reslice_at(
+        &mut self,
+        volume: &VolumeView<'_>,
+        places: &[[f32; 3]],
+        filter: Filter,
+        hu: &mut [f32],
+    ) -> Result<(), ResliceError> {
+        Self::reslice_at(self, volume, places, filter, hu)
+    }
+
     fn reslice(
         &mut self,
         volume: &VolumeView<'_>,

@@ -7,12 +7,14 @@ use bus::clock;
 use bus::message::{FrameStamp, FrameState, ToolPose};
 use geometry::{Ct, Rigid, Tool};
 
+use super::tissue::{shown, stamped};
 use super::{RunError, SliceView};
 use crate::accuracy::Accuracy;
 use crate::output::Output;
 use crate::overlay::Notice;
 use crate::render::Rendered;
 use crate::reslice::Resampler;
+use crate::tissue::Tissues;
 
 /// No view is passed over for so long that its pose comes to have more than this part of the age at which it is stale.
 const LONGEST_WAIT: f64 = 0.5;
@@ -113,6 +115,7 @@ impl SliceView {
             chosen: said.and_then(|said| said.chosen.as_ref()),
             seq: sample.seq,
             registration_id: sample.registration_id,
+            tissue: Tissues::default(),
         };
         let scene = &self.process.scene;
         let stale_ns = clock::ns(scene.limits.stale);
@@ -125,7 +128,10 @@ impl SliceView {
             // An image that claims to be live must be handed over while its pose is young. A machine that was held up
             // in between draws it again, with its age.
             let began_ns = clock.now_ns();
+            let view = output.renderer.view().clone();
             loop {
+                let shows = (sample, what.notice, clock.now_ns());
+                what.tissue = shown(self.tissue.as_ref(), (scene, &view), shows);
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {
                     true => self.resampler.exact(),
@@ -133,12 +139,13 @@ impl SliceView {
                 };
                 output.renderer.show(&images);
                 output.renderer.render(&what, scene, resampler)?;
+                let stamp = stamped(stamp_of(sample, &what), self.tissue.as_ref(), &what.tissue);
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,
                     view: output.index,
                     t_seen_ns,
                     t_rendered_ns: clock.now_ns(),
-                    ..stamp_of(sample, &what)
+                    ..stamp
                 };
                 let latest_ns = match what.notice {
                     Notice::Live => sample.t_capture_ns.saturating_add(stale_ns),

@@ -33,6 +33,7 @@ impl SliceView {
         for _ in 0..A_TURN {
             let came = self.take_all(poses)?;
             let drew = match self.last {
+                Some((_, Tracked::Valid(_))) if self.tissue.is_some() => self.draw_answered()?,
                 Some((_, Tracked::Valid(_))) => self.draw_chosen()?,
                 // Whatever is lost is told at once.
                 Some((sample, lost)) if came => {
@@ -82,7 +83,7 @@ impl SliceView {
 
     /// Draws the last pose again where no other waits and some view would grow too old that was passed over for it; whether there
     /// was one.
-    fn draw_overdue(&mut self) -> Result<bool, RunError> {
+    pub(super) fn draw_overdue(&mut self) -> Result<bool, RunError> {
         let was_passed = self.pending.is_empty() && self.outputs.iter().any(|output| output.waits);
         match self.last.filter(|_| was_passed && self.is_overdue()) {
             Some((sample, tracked)) => self.draw_now(&sample, tracked).map(|()| true),
@@ -122,7 +123,7 @@ impl SliceView {
     }
 
     /// The oldest that wait are not drawn.
-    fn pass_over(&mut self, count: usize) {
+    pub(super) fn pass_over(&mut self, count: usize) {
         self.pending.drain(..count.min(self.pending.len()));
         self.process.counters.dropped += count as u64;
     }

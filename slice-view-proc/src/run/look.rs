@@ -8,6 +8,7 @@ use super::{RunError, SliceView};
 use crate::output::Output;
 use crate::overlay::Notice;
 use crate::render::Rendered;
+use crate::tissue::Tissues;
 
 impl SliceView {
     /// Has a surface seen from elsewhere, or as the scene says again; why not, where that is refused. Images that are held stay as the
@@ -65,6 +66,10 @@ impl SliceView {
             chosen: self.chosens.at(t_seen_ns).and_then(|said| said.chosen.as_ref()),
             seq: 0,
             registration_id: self.last.map_or(0, |(sample, _)| sample.registration_id),
+            tissue: match self.process.scene.tissue {
+                Some(_) => Tissues::rigid(),
+                None => Tissues::default(),
+            },
         };
         // Who asks for the same again is given the same.
         let resampler = self.resampler.exact();
@@ -80,6 +85,7 @@ impl SliceView {
             view: output.index,
             on_request: 1,
             replay: self.origin.code(),
+            tissue: what.tissue.shown.code(),
             ..FrameStamp::default()
         };
         output.send_as(stamp, window, clock, i64::MAX)?;

@@ -1,0 +1,60 @@
+//! What an image says of the tissue: MODEL and a double frame where organs are where a model has them, and why where they are not.
+
+use bus::clock;
+use bus::message::TissueShown;
+use picture::{Canvas, Line, palette};
+
+use super::{Notice, Overlay};
+
+/// The inner line of the double frame, from the image's rim, and how wide both are; pixels of 512.
+const INSET: f64 = 11.0;
+const LINE: f64 = 2.0;
+
+impl Overlay<'_> {
+    /// Whether organs are shown where a model has them.
+    pub(super) fn shows_model(&self) -> bool {
+        self.tissue.moved.is_some() && !self.is_surface()
+    }
+
+    /// Two lines around an image of a model: no colour of its own, so that it stays told apart by whoever sees none.
+    pub(super) fn model_frame(&self, canvas: &mut Canvas) {
+        if !self.shows_model() {
+            return;
+        }
+        let [width, height] = self.view.size.map(f64::from);
+        let line = Line::solid(palette::WORDS, (LINE * self.unit()) as f32);
+        for inset in [0.5 * LINE * self.unit(), INSET * self.unit()] {
+            let corners = [
+                [inset, inset],
+                [width - inset, inset],
+                [width - inset, height - inset],
+                [inset, height - inset],
+                [inset, inset],
+            ];
+            canvas.polyline(&corners, line);
+        }
+    }
+
+    /// What a person must be told of the tissue.
+    pub(super) fn tissue_alarm(&self) -> Option<String> {
+        // Of a pose that is none nothing is claimed, and who asked for a plane knows that it follows nothing.
+        if matches!(self.notice, Notice::Lost(..) | Notice::Look) {
+            return None;
+        }
+        let is_known = self.tissue.shown != TissueShown::None;
+        if self.is_surface() && is_known {
+            return Some("ORGANS AT REST".to_owned());
+        }
+        Some(match self.tissue.shown {
+            TissueShown::None | TissueShown::Settled => return None,
+            TissueShown::Approximate => "MODEL NOT SETTLED".to_owned(),
+            TissueShown::Late => match self.tissue.late_ns {
+                Some(late) => format!("TISSUE LATE {:.0}\u{a0}ms: ORGANS AT REST", clock::ms(late)),
+                None => "NO TISSUE OF THIS POSE: ORGANS AT REST".to_owned(),
+            },
+            TissueShown::CatchingUp => "TISSUE CATCHING UP: ORGANS AT REST".to_owned(),
+            TissueShown::Refused => "TISSUE REFUSED: ORGANS AT REST".to_owned(),
+            TissueShown::Rigid => "ORGANS AT REST".to_owned(),
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! Organs that move: an image waits for the state of its pose, as long as that may be late.
+
+use bus::BusError;
+use bus::clock;
+use bus::message::{FrameStamp, ToolPose, Tracked};
+use bus::process::Process;
+use scene::{Plane, Scene, View};
+
+use super::{RunError, SliceView};
+use crate::overlay::Notice;
+use crate::tissue::{States, Tissue, Tissues};
+
+/// What becomes of the states in the views of a direction; `None` where no organ of the scene moves.
+///
+/// # Errors
+/// [`BusError::Open`].
+pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, BusError> {
+    let spec = process.scene.tissue.as_ref().filter(|_| plane != Plane::Surface);
+    let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
+    spec.map(open).transpose()
+}
+
+impl SliceView {
+    /// Takes what came of the tissue. What is refused is told once, and nothing is shown of it.
+    pub(super) fn hear_tissue(&mut self, states: Option<&States>) -> Result<(), RunError> {
+        let now_ns = self.process.session.clock().now_ns();
+        let (Some(states), Some(tissue), Some(volume)) = (states, &mut self.tissue, &self.volume) else {
+            return Ok(());
+        };
+        let before = tissue.refused;
+        if let Some(why) = tissue.listen(states, &volume.hash().0, now_ns)? {
+            bus::stderr_line!(
+                "slice-view-proc: error: {why}. Organs are shown at rest, and images say so; further ones are only counted"
+            );
+        }
+        self.process.counters.refused += tissue.refused - before;
+        Ok(())
+    }
+
+    /// Draws the newest pose that is answered, or the newest of all where states are late; whether there was one.
+    pub(super) fn draw_answered(&mut self) -> Result<bool, RunError> {
+        let Some(place) = self.answered() else {
+            return self.draw_overdue();
+        };
+        self.pass_over(place);
+        let Some((sample, pose)) = self.pending.pop_front() else {
+            return Ok(false);
+        };
+        self.draw_now(&sample, Tracked::Valid(pose))?;
+        Ok(true)
+    }
+
+    /// The place of that pose among those that wait.
+    fn answered(&mut self) -> Option<usize> {
+        let now_ns = self.process.session.clock().now_ns();
+        let tissue = self.tissue.as_mut()?;
+        let newest = self.pending.len().checked_sub(1)?;
+        let has = |(sample, _): &(ToolPose, _)| tissue.has(sample.seq, sample.registration_id);
+        if let Some(place) = self.pending.iter().rposition(has) {
+            return Some(place);
+        }
+        // How old the image is that is shown: where none is live the newest pose does not wait.
+        let shown = self.outputs.iter().filter_map(|output| output.live_from_ns).max();
+        let is_late = shown.is_none_or(|from| now_ns.saturating_sub(from) > tissue.late_ns);
+        tissue.behind |= is_late;
+        tissue.behind.then_some(newest)
+    }
+}
+
+/// What an image shows of the tissue; nothing is said where the scene moves none. Through a slab organs are not followed.
+pub(super) fn shown<'a>(
+    tissue: Option<&'a Tissue>,
+    (scene, view): (&Scene, &View),
+    (sample, notice, now_ns): (&ToolPose, Notice, i64),
+) -> Tissues<'a> {
+    if scene.tissue.is_none() {
+        return Tissues::default();
+    }
+    let Some(tissue) = tissue.filter(|_| view.sampling.slab.is_none()) else {
+        return Tissues::rigid();
+    };
+    match notice {
+        Notice::Lost(..) | Notice::Look => Tissues::rigid(),
+        Notice::Requested => tissue.shown(sample.seq, sample.registration_id, None),
+        Notice::Live | Notice::Stale(_) => {
+            let late_ns = now_ns.saturating_sub(sample.t_capture_ns);
+            tissue.shown(sample.seq, sample.registration_id, Some(late_ns))
+        }
+    }
+}
+
+/// What a stamp says of it.
+pub(super) fn stamped(stamp: FrameStamp, tissue: Option<&Tissue>, shown: &Tissues<'_>) -> FrameStamp {
+    FrameStamp {
+        tissue: shown.shown.code(),
+        tissue_seq: shown.seq,
+        tissue_mesh: tissue.map_or(0, Tissue::mesh),
+        ..stamp
+    }
+}

@@ -1,0 +1,271 @@
+//! Organs that the tube moves, as they come over the bus: their shapes once, and where they are for the poses of the last while.
+//!
+//! An image shows organs moved only with a state of its very pose; else it shows the examination as it was taken, and says so.
+
+use std::collections::VecDeque;
+
+use bus::message::{
+    TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState, TissueError,
+};
+use bus::port::HeadedSubscriber;
+use bus::topic::{TISSUE, TISSUE_MESH};
+use bus::{Bus, BusError};
+use geometry::{Ct, Model, Rigid};
+
+use crate::warp::{Cube, NoShape, Organ, Region, Shape};
+
+/// States that are kept: an image may be asked for of a pose that is not the newest.
+const KEPT: usize = 8;
+
+/// What an image shows of the tissue.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Tissues<'a> {
+    /// What is shown.
+    pub shown: TissueShown,
+    /// Where the organs are, where they are shown moved.
+    pub moved: Option<Moved<'a>>,
+    /// How long there has been no state in time, ns; `None` where that says nothing.
+    pub late_ns: Option<i64>,
+    /// The state's number; 0 without.
+    pub seq: u64,
+}
+
+impl Tissues<'_> {
+    /// Organs as the examination has them, in a scene where they move.
+    pub fn rigid() -> Self {
+        Self {
+            shown: TissueShown::Rigid,
+            ..Self::default()
+        }
+    }
+}
+
+/// Organs where a state has them.
+#[derive(Debug, Clone, Copy)]
+pub struct Moved<'a> {
+    /// The organs at rest.
+    pub shapes: &'a Shapes,
+    /// Places of all nodes, mm in the model's frame.
+    pub places: &'a [[f32; 3]],
+}
+
+/// Organs at rest.
+#[derive(Debug)]
+pub struct Shapes {
+    /// Identifies them.
+    pub mesh_id: [u8; 32],
+    /// From their frame to the patient.
+    pub ct_from_model: Rigid<Ct, Model>,
+    /// In the order of their nodes.
+    pub organs: Vec<Shape>,
+}
+
+/// Why organs are not shown moved.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum NoTissue {
+    /// The message.
+    #[error(transparent)]
+    Mesh(#[from] TissueMeshError),
+    /// Its numbers.
+    #[error("organ {organ} of the tissue: {why}")]
+    Shape {
+        /// From 0.
+        organ: usize,
+        /// Why.
+        why: NoShape,
+    },
+    /// Organs of another examination.
+    #[error("the mesh of the tissue is of another examination")]
+    Examination,
+    /// A state.
+    #[error(transparent)]
+    State(#[from] TissueError),
+}
+
+impl Shapes {
+    /// The organs of a message, in the examination of this hash, cut in pieces of at most `piece_mm`.
+    ///
+    /// # Errors
+    /// [`NoTissue`].
+    pub fn read(
+        (header, bytes): (&TissueMeshHeader, &[u8]),
+        volume_hash: &[u8; 32],
+        piece_mm: f64,
+    ) -> Result<Self, NoTissue> {
+        let mesh = TissueMesh::read(header, bytes)?;
+        if mesh.volume_hash != *volume_hash {
+            return Err(NoTissue::Examination);
+        }
+        let mut organs = Vec::with_capacity(mesh.organs.len());
+        for (organ, one) in mesh.organs.into_iter().enumerate() {
+            let cubes: Vec<Cube> = one
+                .cubes
+                .iter()
+                .map(|cube| Cube {
+                    low: cube.low,
+                    side: cube.side,
+                    nodes: cube.nodes,
+                })
+                .collect();
+            let region = Region::new(one.region_origin, one.region_step_mm, one.region_dims, one.region);
+            let shape = region.and_then(|region| Shape::new(&cubes, one.nodes as usize, region, piece_mm));
+            organs.push(shape.map_err(|why| NoTissue::Shape { organ, why })?);
+        }
+        Ok(Self {
+            mesh_id: header.mesh_id,
+            ct_from_model: mesh.ct_from_model,
+            organs,
+        })
+    }
+
+    fn nodes(&self) -> usize {
+        self.organs.iter().map(Shape::nodes).sum()
+    }
+}
+
+impl Moved<'_> {
+    /// The organs with the places of their nodes.
+    pub fn organs(&self) -> Vec<Organ<'_>> {
+        let mut first = 0;
+        let each = self.shapes.organs.iter().map(|shape| {
+            let places = &self.places[first..first + shape.nodes()];
+            first += shape.nodes();
+            Organ { shape, places }
+        });
+        each.collect()
+    }
+}
+
+/// A state of the organs.
+#[derive(Debug)]
+struct Kept {
+    header: TissueHeader,
+    state: TissueState,
+    places: Vec<[f32; 3]>,
+}
+
+/// States as they come, each of which wakes.
+pub(crate) type States = HeadedSubscriber<TissueHeader, f32>;
+
+/// The states of a run.
+///
+/// # Errors
+/// [`BusError::Open`].
+pub(crate) fn states(bus: &Bus) -> Result<States, BusError> {
+    HeadedSubscriber::open_waking(bus, &TISSUE, KEPT)
+}
+
+/// What came over the bus.
+#[derive(Debug)]
+pub(crate) struct Tissue {
+    meshes: HeadedSubscriber<TissueMeshHeader, u8>,
+    piece_mm: f64,
+    /// Without a state for so long after the capture of a pose it is shown rigid, ns.
+    pub(crate) late_ns: i64,
+    shapes: Option<Shapes>,
+    kept: VecDeque<Kept>,
+    /// States have been late: poses do not wait for theirs.
+    pub(crate) behind: bool,
+    /// Refused so far, of which the first was told.
+    pub(crate) refused: u64,
+}
+
+impl Tissue {
+    pub(crate) fn open(bus: &Bus, piece_mm: f64, late_ns: i64) -> Result<Self, BusError> {
+        Ok(Self {
+            meshes: HeadedSubscriber::open(bus, &TISSUE_MESH, 1)?,
+            piece_mm,
+            late_ns,
+            shapes: None,
+            kept: VecDeque::with_capacity(KEPT),
+            behind: false,
+            refused: 0,
+        })
+    }
+
+    /// Takes what came; why the first of what was refused was so.
+    pub(crate) fn listen(
+        &mut self,
+        states: &States,
+        volume_hash: &[u8; 32],
+        now_ns: i64,
+    ) -> Result<Option<NoTissue>, BusError> {
+        let mut why = None;
+        while let Some(mesh) = self.meshes.next()? {
+            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
+                // Whoever was started again may have others: states of the old ones go with them.
+                Ok(shapes) => {
+                    self.kept.clear();
+                    self.shapes = Some(shapes);
+                }
+                Err(error) => why = why.or(Some(error)),
+            }
+        }
+        while let Some(state) = states.next()? {
+            // States may come before their mesh is read: they are of no use yet, and nothing is amiss.
+            let Some(shapes) = &self.shapes else { continue };
+            match kept(state.header(), state.values(), shapes) {
+                Ok(kept) => {
+                    self.behind &= now_ns.saturating_sub(kept.header.t_capture_ns) >= self.late_ns;
+                    self.kept.truncate(KEPT - 1);
+                    self.kept.push_front(kept);
+                }
+                Err(error) => why = why.or(Some(error.into())),
+            }
+        }
+        self.refused += u64::from(why.is_some());
+        Ok(why.filter(|_| self.refused == 1))
+    }
+
+    /// Whether the pose of this number and registration is answered.
+    pub(crate) fn has(&self, seq: u64, registration_id: u64) -> bool {
+        self.of(seq, registration_id).is_some()
+    }
+
+    fn of(&self, seq: u64, registration_id: u64) -> Option<&Kept> {
+        let is_of = |kept: &&Kept| kept.header.pose_seq == seq && kept.header.registration_id == registration_id;
+        self.kept.iter().find(is_of)
+    }
+
+    /// What an image of a pose shows.
+    pub(crate) fn shown(&self, seq: u64, registration_id: u64, late_ns: Option<i64>) -> Tissues<'_> {
+        let (Some(kept), Some(shapes)) = (self.of(seq, registration_id), &self.shapes) else {
+            return Tissues {
+                shown: TissueShown::Late,
+                late_ns,
+                ..Tissues::default()
+            };
+        };
+        let shown = match kept.state {
+            TissueState::Settled => TissueShown::Settled,
+            TissueState::Approximate => TissueShown::Approximate,
+            TissueState::CatchingUp => TissueShown::CatchingUp,
+            TissueState::Refused => TissueShown::Refused,
+            TissueState::Lost => TissueShown::Rigid,
+        };
+        let places = kept.places.as_slice();
+        Tissues {
+            shown,
+            moved: kept.state.is_of_pose().then_some(Moved { shapes, places }),
+            late_ns: None,
+            seq: kept.header.seq,
+        }
+    }
+
+    /// The first bytes of the mesh's id, for stamps; 0 without a mesh.
+    pub(crate) fn mesh(&self) -> u64 {
+        let id = self.shapes.as_ref().map_or([0; 32], |shapes| shapes.mesh_id);
+        u64::from_be_bytes(std::array::from_fn(|k| id[k]))
+    }
+}
+
+fn kept(header: &TissueHeader, values: &[f32], shapes: &Shapes) -> Result<Kept, TissueError> {
+    let state = header.state_of()?;
+    // Without a state for the pose there are no places, but it must be of the mesh all the same.
+    let nodes = if state.is_of_pose() || !values.is_empty() { shapes.nodes() } else { 0 };
+    Ok(Kept {
+        header: *header,
+        state,
+        places: header.places(values, (&shapes.mesh_id, nodes))?.to_vec(),
+    })
+}
