@@ -150,10 +150,10 @@ pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadLabels
         None => waits,
     };
     waits.run(|| match view.step(&inlets) {
-            Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
-            Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
-            Err(error) => ControlFlow::Break(Err(error)),
-        })?
+        Ok(ControlFlow::Continue(())) => ControlFlow::Continue(()),
+        Ok(ControlFlow::Break(())) => ControlFlow::Break(Ok(())),
+        Err(error) => ControlFlow::Break(Err(error)),
+    })?
 }
 
 impl SliceView {

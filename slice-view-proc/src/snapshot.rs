@@ -10,12 +10,12 @@ use scene::{
     WindowLevel,
 };
 
-use crate::tissue::Tissues;
 use crate::mha::{MhaError, write_mha};
 use crate::overlay::{Notice, Origin};
 use crate::overview::{Anatomy, LoadVolume};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
+use crate::tissue::Tissues;
 
 /// What to draw and where to put it.
 #[derive(Debug, Clone)]

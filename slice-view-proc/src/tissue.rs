@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use bus::message::{
-    TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState, TissueError,
+    TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState,
 };
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
@@ -262,7 +262,11 @@ impl Tissue {
 fn kept(header: &TissueHeader, values: &[f32], shapes: &Shapes) -> Result<Kept, TissueError> {
     let state = header.state_of()?;
     // Without a state for the pose there are no places, but it must be of the mesh all the same.
-    let nodes = if state.is_of_pose() || !values.is_empty() { shapes.nodes() } else { 0 };
+    let nodes = if state.is_of_pose() || !values.is_empty() {
+        shapes.nodes()
+    } else {
+        0
+    };
     Ok(Kept {
         header: *header,
         state,

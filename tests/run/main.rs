@@ -27,6 +27,7 @@ mod simulated_time;
 mod supervision;
 #[path = "../support/mod.rs"]
 mod support;
+mod tissue;
 mod tracker;
 mod us_images;
 mod window;

@@ -91,8 +91,8 @@ pub(crate) enum NoAnatomy {
         /// Why.
         source: NoFrames,
     },
-    /// Cubes of 8 nodes, which no image draws.
-    #[error("the mesh has cubes of 8 nodes, which images do not draw")]
+    /// Cubes so small that images would take too many nodes.
+    #[error("the cubes of the mesh are so small that images would take more than a million nodes")]
     Cubes,
 }
 
@@ -122,7 +122,7 @@ pub(crate) fn make(
     let model = Model::without_tube(&plan, &labels).map_err(|why| source.error_at(why))?;
     let ct_from_model = placed(&labels)?;
     let body = &model.bodies[0];
-    let lattice = body.mesh.lattice().ok_or(NoAnatomy::Cubes)?;
+    let lattice = body.mesh.lattice(&body.field).ok_or(NoAnatomy::Cubes)?;
     let mesh = message::mesh(body, &lattice, (ct_from_model, hash));
     let said = format!(
         "{}: {} cubes, {} unknowns",

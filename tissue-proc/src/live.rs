@@ -60,7 +60,7 @@ impl Live {
     }
 
     /// The pose of the tube in the model's frame.
-    fn pose(&self, ct_from_tool: Rigid<Ct, Tool>) -> Isometry3<f64> {
+    pub(crate) fn pose(&self, ct_from_tool: Rigid<Ct, Tool>) -> Isometry3<f64> {
         let model_from_tool = self.ct_from_model.inverse() * ct_from_tool;
         let [w, x, y, z] = model_from_tool.quaternion();
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));

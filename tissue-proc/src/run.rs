@@ -14,6 +14,7 @@ use bus::topic::{TISSUE, TISSUE_MESH, TOOL_POSE};
 use bus::wake::Waits;
 use scene::TissueSpec;
 use simulation::space::cells::Lattice;
+use simulation::space::frames::State;
 
 use crate::anatomy::{Anatomy, LoadLabels, NoAnatomy, make};
 use crate::live::{Answer, Live};
@@ -154,7 +155,7 @@ impl Tissue {
         self.states.serve_late_joiners();
         let (said, note) = (&self.said, &self.note);
         self.process
-            .beat_with(ProcessState::Ready, || format!("{said}; {note}"))?;
+            .beat_with(ProcessState::Ready, || format!("{note}; {said}"))?;
         Ok(ControlFlow::Continue(()))
     }
 
@@ -195,15 +196,16 @@ fn said(answer: Option<&Answer>) -> String {
     match answer {
         None => "no pose".to_owned(),
         Some(Answer::Refused(why)) => format!("refused: {why}"),
-        Some(Answer::Unseen { way }) => format!(
-            "refused: the tube lies in tissue {way:.0} mm from where it was last, and nobody saw how it came there: draw it back"
-        ),
+        Some(Answer::Unseen { way }) => format!("refused: in tissue {way:.0} mm from where it was last, draw it back"),
         Some(Answer::State(frame)) => format!(
-            "{:?}, {:.2} N, residual {:.1e}, {} steps",
-            frame.state,
+            "{}, {:.2} N, residual {:.1e}",
+            match frame.state {
+                State::Settled => "settled".to_owned(),
+                State::CatchingUp { left } => format!("catching up, {left:.1} mm left"),
+                _ => "not settled".to_owned(),
+            },
             frame.force.force.norm(),
-            frame.residual,
-            frame.steps
+            frame.residual
         ),
     }
 }

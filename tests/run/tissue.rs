@@ -1,0 +1,187 @@
+//! Organs that move with the tube: in images with the state of their very pose, and with a word where there is none.
+
+use std::collections::BTreeMap;
+
+use crate::support::{World, kill_9, pid_in, wait_for};
+use bus::Bus;
+use bus::message::{Ages, FrameStamp, TissueHeader, TissueMesh, TissueMeshHeader, TissueShown, TissueState};
+use bus::port::{Frame, FrameSubscriber, HeadedSubscriber};
+use bus::run::RunContext;
+use bus::topic::{TISSUE, TISSUE_MESH, VIEW_FRAME};
+use geometry::{Ct, Model, Point};
+use phantom::Phantom;
+
+fn root() -> &'static std::path::Path {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The shipped scene on coarser voxels, held where the tube has pushed the kidney.
+fn scene(world: &World) -> std::path::PathBuf {
+    let text = std::fs::read_to_string(root().join("config/tissue.toml")).unwrap();
+    let organs = root().join("config/solids/demo-kidney.toml");
+    let text = text
+        .replace("spacing_mm = 1.5", "spacing_mm = 3.0")
+        .replace("solids/demo-kidney.toml", organs.to_str().unwrap())
+        .replace("pause_s = 3.0", "pause_s = 600.0")
+        .replace("noise_mm = 0.05", "noise_mm = 0.0")
+        .replace("noise_deg = 0.01", "noise_deg = 0.0");
+    world.file("tissue.toml", &text)
+}
+
+struct Rig {
+    frames: FrameSubscriber,
+    states: HeadedSubscriber<TissueHeader, f32>,
+    mesh: (TissueMeshHeader, TissueMesh),
+    /// States that came, by their number.
+    came: BTreeMap<u64, (TissueHeader, Vec<f32>)>,
+}
+
+impl Rig {
+    fn open(world: &World) -> Self {
+        let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+        let bus = Bus::join(&context).unwrap();
+        let meshes = HeadedSubscriber::<TissueMeshHeader, u8>::open(&bus, &TISSUE_MESH, 1).unwrap();
+        let states = HeadedSubscriber::open(&bus, &TISSUE, TISSUE.buffer).unwrap();
+        let frames = FrameSubscriber::open(&bus, &VIEW_FRAME, "frontal").unwrap();
+        let mesh = wait_for("the mesh", || meshes.next().unwrap());
+        let read = TissueMesh::read(mesh.header(), mesh.values()).unwrap();
+        Self {
+            frames,
+            states,
+            mesh: (*mesh.header(), read),
+            came: BTreeMap::new(),
+        }
+    }
+
+    /// The next image for which `wanted` holds, with what came of the tissue meanwhile.
+    fn image(&mut self, what: &str, wanted: impl Fn(&FrameStamp, Option<&TissueHeader>) -> bool) -> Frame {
+        let (frames, states, came) = (&self.frames, &self.states, &mut self.came);
+        wait_for(what, || {
+            // The image first: its state was there before it.
+            let frame = frames.newest().unwrap();
+            while let Some(state) = states.next().unwrap() {
+                came.insert(state.header().seq, (*state.header(), state.values().to_vec()));
+            }
+            let frame = frame?;
+            let stamp = frame.header().stamp;
+            wanted(&stamp, came.get(&stamp.tissue_seq).map(|state| &state.0)).then_some(frame)
+        })
+    }
+}
+
+/// Values of the 27 functions of a cube at a place from -1 to 1.
+fn functions(at: [f64; 3]) -> [f64; 27] {
+    let along = at.map(|x| [x * (x - 1.0) / 2.0, 1.0 - x * x, x * (x + 1.0) / 2.0]);
+    std::array::from_fn(|k| along[0][k % 3] * along[1][k / 3 % 3] * along[2][k / 9])
+}
+
+/// Where places of the patient at rest are now, by the messages alone.
+fn moved(mesh: &TissueMesh, places: &[f32], rest: Point<Ct>) -> Option<Point<Ct>> {
+    let own = (mesh.ct_from_model.inverse() * rest).mm();
+    let organ = &mesh.organs[0];
+    let inside = |low: [f64; 3], side: f64| (0..3).all(|a| own[a] >= low[a] && own[a] < low[a] + side);
+    let cube = organ.cubes.iter().find(|cube| inside(cube.low, cube.side))?;
+    let values = functions(std::array::from_fn(|a| 2.0 * (own[a] - cube.low[a]) / cube.side - 1.0));
+    let now: [f64; 3] = std::array::from_fn(|a| {
+        let each = (0..27).map(|k| values[k] * f64::from(places[3 * cube.nodes[k] as usize + a]));
+        each.sum()
+    });
+    Some(mesh.ct_from_model * Point::<Model>::new(now[0], now[1], now[2]))
+}
+
+/// The grey of HU in the scene's window, from 0 to 255.
+fn grey(hu: f64) -> f64 {
+    ((hu - 40.0) / 400.0 + 0.5).clamp(0.0, 1.0) * 255.0
+}
+
+#[test]
+fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_leaves_marked_images() {
+    let world = World::new();
+    let pilot = world.start(&scene(&world), &world.path("out"), "default");
+    let status = pilot.wait_live();
+    let mut rig = Rig::open(&world);
+    let pushed = |stamp: &FrameStamp, state: Option<&TissueHeader>| {
+        let force = |state: &TissueHeader| state.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+        stamp.tissue == TissueShown::Settled.code() && state.is_some_and(|state| force(state) > 0.5)
+    };
+    let frame = rig.image("an image of a pushed organ", pushed);
+    let stamp = frame.header().stamp;
+    let (state, places) = &rig.came[&stamp.tissue_seq];
+    assert_eq!(state.state_of(), Ok(TissueState::Settled));
+    // Tube and tissue are of one pose, and the mesh is the one that came.
+    assert_eq!((state.pose_seq, state.t_capture_ns), (stamp.seq, stamp.t_capture_ns));
+    assert_eq!(stamp.tissue_mesh.to_be_bytes()[..], rig.mesh.0.mesh_id[..8]);
+    check_pixels(&frame, &rig.mesh.1, places);
+
+    kill_9(pid_in(&status, "tissue").unwrap());
+    let late = rig.image("an image that says that the tissue is late", |stamp, _| {
+        stamp.tissue == TissueShown::Late.code()
+    });
+    assert_eq!(late.header().stamp.tissue_seq, 0);
+    // Whoever comes back finds the tube in tissue, and nobody knows how it came there.
+    rig.came.clear();
+    let refused = rig.image("an image that says that the tissue is refused", |stamp, _| {
+        assert!(stamp.tissue != TissueShown::Settled.code());
+        stamp.tissue == TissueShown::Refused.code()
+    });
+    assert!(refused.header().stamp.t_capture_ns > late.header().stamp.t_capture_ns);
+    let status = pilot.wait_for("the reason", |status| {
+        status.to_string().contains("from where it was last, draw it back")
+    });
+    assert!(pid_in(&status, "tissue").is_some());
+    // It was killed: the run says so.
+    assert!(!pilot.stop().success());
+}
+
+/// Places of the generated patient that are tissue all around, where the messages have moved them into the image's plane: the image has
+/// their grey there.
+fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
+    let patient = Phantom::new(1);
+    let plane = frame.header().slice_plane().unwrap().unwrap();
+    let ages = Ages {
+        stale_ns: i64::MAX,
+        lost_ns: i64::MAX,
+    };
+    let pixels = frame.shown(0, ages);
+    let (mut seen, mut far) = (0, 0.0_f64);
+    for k in 0..200_000_u32 {
+        let part = |m: u32, span: f64| f64::from(k.wrapping_mul(m) >> 8) / f64::from(1 << 24) * span;
+        let rest = Point::<Ct>::new(
+            35.0 + part(2_654_435_761, 57.0),
+            20.0 + part(40_503_001, 48.0),
+            81.0 + part(3_266_489_917, 100.0),
+        );
+        // Within 4 mm, more than a voxel and the raster's error, the patient is the same.
+        let hu = patient.hu(rest);
+        let around =
+            [[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]].map(|[x, y, z]| geometry::Vector::new(x, y, z));
+        let even = around
+            .iter()
+            .all(|d| [rest + *d, rest - *d].iter().all(|p| patient.hu(*p) == hu));
+        let is_kidney = patient.structure(rest) == phantom::structure::KIDNEY_LEFT;
+        let Some(now) = moved(mesh, places, rest).filter(|_| even && is_kidney) else {
+            continue;
+        };
+        let projected = plane.project(now);
+        let [x, y] = [projected.x.round(), projected.y.round()];
+        let inside = (30.0..480.0).contains(&x) && (90.0..440.0).contains(&y);
+        if !inside || projected.depth_mm.abs() > 0.3 {
+            continue;
+        }
+        let at = (y as usize * frame.header().width as usize + x as usize) * 4;
+        let found = &pixels.rgba[at..at + 3];
+        // Lines and words lie over the slice; what is grey is slice.
+        if found[0] != found[1] || found[1] != found[2] || found[0] < 20 {
+            continue;
+        }
+        // Voxels are whole HU, greys whole numbers.
+        assert!(
+            (f64::from(found[0]) - grey(hu)).abs() <= 2.0,
+            "{found:?} {} at {now:?}",
+            grey(hu)
+        );
+        seen += 1;
+        far = far.max((now - rest).mm().iter().map(|x| x * x).sum::<f64>().sqrt());
+    }
+    assert!(seen > 100 && far > 1.0, "{seen} places seen, moved by {far} mm");
+}
