@@ -30,6 +30,7 @@ use scene::{Filter, Sampling};
 
 pub use choice::Chosen;
 pub use cpu::Cpu;
+pub(crate) use cpu::{Vector, Work};
 pub use gpu::{Gpu, Timings};
 pub use reference::Reference;
 pub use samples::Samples;

@@ -34,7 +34,7 @@ use phases::Phases;
 use runs::Runs;
 use scattered::Scattered;
 use source::{Source, Tables};
-use vector::Vector;
+pub(crate) use vector::{Vector, Work};
 
 /// The fast back end on one CPU core.
 #[derive(Debug, Clone)]

@@ -1,6 +1,7 @@
 //! A piece cut by the plane: six tetrahedra about its diagonal, each cut in a triangle or a quadrangle.
 
-use super::raster::{Affine, Canvas, Corner, FOLDED, PART, corner};
+use super::edge::{Corner, crossing};
+use super::raster::{Affine, Canvas, FOLDED, PART};
 
 /// The axes along which each tetrahedron goes from the lowest corner to the highest, and whether that order is an even one.
 const PATHS: [([usize; 3], bool); 6] = [
@@ -76,7 +77,7 @@ impl Piece {
     fn polygon(&self, order: [usize; 4]) -> ([Corner; 4], usize) {
         let front = order.map(|k| self.corners[k][2] < 0.0);
         let [a, b, c, d] = order;
-        let cut = |p: usize, q: usize| self.crossing(p, q);
+        let cut = |p: usize, q: usize| crossing(&self.corners[p.min(q)], &self.corners[p.max(q)]);
         let three = |p, [q, r, s]: [usize; 3]| ([cut(p, q), cut(p, r), cut(p, s), [0; 2]], 3);
         // Two before the plane, two behind it, in an even order.
         let four = |[p, q]: [usize; 2], [r, s]: [usize; 2]| ([cut(p, r), cut(p, s), cut(q, s), cut(q, r)], 4);
@@ -97,13 +98,6 @@ impl Piece {
             [false, true, true, false] => four([b, c], [a, d]),
             _ => ([[0; 2]; 4], 0),
         }
-    }
-
-    /// Where an edge passes through the plane: from its lower to its higher corner, so that all pieces about it find the same bits.
-    fn crossing(&self, p: usize, q: usize) -> Corner {
-        let [from, to] = [p.min(q), p.max(q)].map(|k| self.corners[k]);
-        let part = from[2] / (from[2] - to[2]);
-        corner([0, 1].map(|a| from[a] + part * (to[a] - from[a])))
     }
 }
 

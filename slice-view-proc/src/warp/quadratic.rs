@@ -16,7 +16,7 @@ pub(super) fn bernstein(values: &[f64; 27]) -> [f64; 27] {
 }
 
 /// The steps along each axis, and where its nine lines begin.
-const LINES: [(usize, [usize; 9]); 3] = [
+pub(super) const LINES: [(usize, [usize; 9]); 3] = [
     (1, [0, 3, 6, 9, 12, 15, 18, 21, 24]),
     (3, [0, 1, 2, 9, 10, 11, 18, 19, 20]),
     (9, [0, 1, 2, 3, 4, 5, 6, 7, 8]),

@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-/// Parts of a pixel.
-const PARTS: i32 = 256;
+use super::edge::{Corner, Edge, rows};
+
 /// Columns and rows of a corner, at most: so that products of two in parts fit in 64 bits.
 pub(super) const FARTHEST: f64 = 131_072.0;
 
@@ -16,21 +16,6 @@ pub(super) struct Affine {
     pub(super) down: [f64; 3],
 }
 
-/// A corner, in parts of a pixel.
-pub(super) type Corner = [i32; 2];
-
-/// The nearest corner of the grid.
-#[inline]
-pub(super) fn corner(at: [f64; 2]) -> Corner {
-    // Added to 1.5 x 2^52, a number below 2^51 leaves its nearest whole number in the lower bits: no call for rounding.
-    const ROUNDER: f64 = 6_755_399_441_055_744.0;
-    at.map(|x| {
-        (x * f64::from(PARTS) + ROUNDER)
-            .to_bits()
-            .wrapping_sub(ROUNDER.to_bits()) as i32
-    })
-}
-
 /// The surface passes through the piece.
 pub(super) const PART: u8 = 1;
 /// Tissue turned inside out lies here; what lies over it does not take that away.
@@ -39,14 +24,15 @@ pub(super) const FOLDED: u8 = 2;
 /// One organ's pixels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Canvas {
-    size: [usize; 2],
-    /// How often each pixel is covered: a triangle counts by its sense, so that slivers turned by the grid take away what they add.
-    pub(super) covered: Vec<i16>,
+    pub(super) size: [usize; 2],
+    /// How often each pixel is covered: a triangle counts by its sense, so that slivers turned by the grid take away what they add. A signed
+    /// number's bits.
+    pub(super) covered: Vec<u8>,
     pub(super) rest: Vec<[f32; 3]>,
     /// [`PART`], [`FOLDED`].
     pub(super) marks: Vec<u8>,
-    /// First and last column and row that were touched, the last not included.
-    pub(super) touched: [[usize; 2]; 2],
+    /// First and last column of each row that were touched, the last not included.
+    pub(super) touched: Vec<[usize; 2]>,
     /// First column and the one after the last of each row of the triangle at hand.
     spans: Vec<[i32; 2]>,
 }
@@ -61,11 +47,50 @@ impl Canvas {
                 covered: vec![0; count],
                 rest: vec![[0.0; 3]; count],
                 marks: vec![0; count],
-                touched: [[0; 2]; 2],
+                touched: vec![[usize::MAX, 0]; size[1]],
                 spans: Vec::new(),
             };
         }
-        self.touched = [[size[0], 0], [size[1], 0]];
+        self.touched.fill([usize::MAX, 0]);
+    }
+
+    /// Counts the columns of a row from the one to the other.
+    #[inline(always)]
+    pub(super) fn count(&mut self, row: usize, [low, high]: [usize; 2], marks: u8, sense: i8) {
+        let touched = &mut self.touched[row];
+        *touched = [touched[0].min(low), touched[1].max(high)];
+        let (low, high) = (row * self.size[0] + low, row * self.size[0] + high);
+        let covered = self.covered.as_chunks_mut::<8>().0;
+        let marked = self.marks.as_chunks_mut::<8>().0;
+        let (first, last) = (low / 8, (high - 1) / 8);
+        let (since, until) = (FROM[low % 8], !FROM[(high - 1) % 8 + 1]);
+        for k in first..=last {
+            let (Some(covered), Some(marked)) = (covered.get_mut(k), marked.get_mut(k)) else {
+                self.count_each(low.max(8 * k), high, marks, sense);
+                return;
+            };
+            let on = if k == first { since } else { u64::MAX } & if k == last { until } else { u64::MAX };
+            let before = u64::from_le_bytes(*covered);
+            if before & on == 0 {
+                *covered = (before | on & eight(sense as u8)).to_le_bytes();
+                let kept = u64::from_le_bytes(*marked) & (eight(FOLDED) | !on);
+                *marked = (kept | on & eight(marks)).to_le_bytes();
+                continue;
+            }
+            for (j, on) in on.to_le_bytes().into_iter().enumerate() {
+                if on != 0 {
+                    count(&mut covered[j], &mut marked[j], marks, sense);
+                }
+            }
+        }
+    }
+
+    /// The same one by one, of the last pixels of the image.
+    #[cold]
+    fn count_each(&mut self, low: usize, high: usize, marks: u8, sense: i8) {
+        for (covered, mark) in self.covered[low..high].iter_mut().zip(&mut self.marks[low..high]) {
+            count(covered, mark, marks, sense);
+        }
     }
 
     /// Fills a triangle or a quadrangle; its sense is that of its corners.
@@ -97,43 +122,21 @@ impl Canvas {
     }
 
     /// Takes up, for each row, the first column whose centre is not left of an edge.
+    #[inline(always)]
     fn edge(&mut self, from: Corner, to: Corner, rows: &Range<usize>) {
-        // Downwards, so that both sides of an edge compute the same.
-        let ([x, y], [x_end, y_end]) = if from[1] < to[1] { (from, to) } else { (to, from) };
-        let own = self::rows(y, y_end, rows.end);
-        let first = own.start.max(rows.start);
-        if own.end <= first {
+        let Some((first, edge)) = Edge::new(from, to, rows.start, rows.end) else {
             return;
-        }
-        // The column is the quotient, rounded up, of (x tall + (256 row - y) wide) by 256 tall, which stays whole from row to row.
-        let (wide, tall, parts) = (x_end - x, y_end - y, i64::from(PARTS));
-        let (step, more) = (wide.div_euclid(tall), parts * i64::from(wide.rem_euclid(tall)));
-        let (wide, tall) = (i64::from(wide), i64::from(tall));
-        let by = parts * tall;
-        let over = i64::from(x) * tall + (parts * first as i64 - i64::from(y)) * wide + by - 1;
-        let (column, mut left) = (over.div_euclid(by), over.rem_euclid(by));
-        let mut column = column as i32;
-        for span in &mut self.spans[first - rows.start..own.end - rows.start] {
+        };
+        for (span, column) in self.spans[first - rows.start..][..edge.rows].iter_mut().zip(edge) {
             *span = [span[0].min(column), span[1].max(column)];
-            (column, left) = (column + step, left + more);
-            if left >= by {
-                (column, left) = (column + 1, left - by);
-            }
         }
     }
 
-    fn row(&mut self, row: usize, columns: Range<usize>, map: &Affine, marks: u8, sense: i16) {
-        let [x, y] = &mut self.touched;
-        (x[0], x[1]) = (x[0].min(columns.start), x[1].max(columns.end));
-        (y[0], y[1]) = (y[0].min(row), y[1].max(row + 1));
+    fn row(&mut self, row: usize, columns: Range<usize>, map: &Affine, marks: u8, sense: i8) {
+        self.count(row, [columns.start, columns.end], marks, sense);
         let start: [f64; 3] = std::array::from_fn(|a| map.base[a] + map.down[a] * row as f64);
         let pixels = row * self.size[0] + columns.start..row * self.size[0] + columns.end;
-        let places = self.rest[pixels.clone()].iter_mut();
-        let counts = self.covered[pixels.clone()].iter_mut().zip(&mut self.marks[pixels]);
-        for ((column, rest), (covered, mark)) in (columns.start..).zip(places).zip(counts) {
-            // Collapsed tissue may lie there more often than a count holds: many is enough.
-            *covered = covered.saturating_add(sense);
-            *mark = *mark & FOLDED | marks;
+        for (column, rest) in columns.zip(&mut self.rest[pixels]) {
             let column = column as f64;
             *rest = [
                 (start[0] + map.right[0] * column) as f32,
@@ -144,8 +147,33 @@ impl Canvas {
     }
 }
 
+/// All ones from a byte on.
+const FROM: [u64; 9] = [
+    u64::MAX,
+    u64::MAX << 8,
+    u64::MAX << 16,
+    u64::MAX << 24,
+    u64::MAX << 32,
+    u64::MAX << 40,
+    u64::MAX << 48,
+    u64::MAX << 56,
+    0,
+];
+
+#[inline(always)]
+fn count(covered: &mut u8, mark: &mut u8, marks: u8, sense: i8) {
+    // Collapsed tissue may lie there more often than a count holds: many is enough.
+    *covered = (*covered as i8).saturating_add(sense) as u8;
+    *mark = *mark & FOLDED | marks;
+}
+
+/// Eight of one byte.
+const fn eight(byte: u8) -> u64 {
+    u64::from_ne_bytes([byte; 8])
+}
+
 /// The sense of a polygon that turns one way at all its corners; none where it does not, or has no area.
-fn sense(corners: &[Corner]) -> Option<i16> {
+fn sense(corners: &[Corner]) -> Option<i8> {
     let (mut left, mut right) = (false, false);
     for (k, b) in corners.iter().enumerate() {
         let a = corners[(k + corners.len() - 1) % corners.len()];
@@ -159,10 +187,4 @@ fn sense(corners: &[Corner]) -> Option<i16> {
         (true, false) => Some(-1),
         _ => None,
     }
-}
-
-/// The rows whose centres lie from the one to the other, the last not included.
-fn rows(least: i32, most: i32, end: usize) -> Range<usize> {
-    let whole = |y: i32| (y + PARTS - 1).div_euclid(PARTS).clamp(0, end as i32) as usize;
-    whole(least)..whole(most)
 }

@@ -1,6 +1,8 @@
 //! What does not change while an organ moves: its cubes, and where it is at rest.
 
+use super::border::{Beside, neighbours};
 use super::error::NoShape;
+use super::placed::{Held, Placed};
 use super::region::Region;
 
 /// Cubes of an organ, and nodes, at most.
@@ -26,25 +28,6 @@ pub struct Cube {
     pub nodes: [u32; 27],
 }
 
-/// What of the organ is in a piece at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Held {
-    Nothing,
-    Part,
-    All,
-}
-
-/// A cube on the lattice of pieces.
-#[derive(Debug, Clone)]
-pub(super) struct Placed {
-    pub(super) nodes: [u32; 27],
-    /// Its lowest corner and its side, in pieces.
-    pub(super) corner: [i32; 3],
-    pub(super) span: i32,
-    /// What its pieces hold, fastest along x.
-    pub(super) held: Vec<Held>,
-}
-
 /// An organ at rest.
 #[derive(Debug, Clone)]
 pub struct Shape {
@@ -55,6 +38,8 @@ pub struct Shape {
     pub(super) origin: [f64; 3],
     pub(super) piece_mm: f64,
     pub(super) corners: [i32; 3],
+    /// What lies beside each cube; none where that is not known.
+    pub(super) beside: Option<Vec<Beside>>,
 }
 
 impl Shape {
@@ -80,6 +65,7 @@ impl Shape {
             origin,
             piece_mm: piece,
             corners: [1; 3],
+            beside: None,
         };
         for (k, cube) in cubes.iter().enumerate() {
             let placed = shape.place(cube).map_err(|why| NoShape::Cube { cube: k, why })?;
@@ -91,8 +77,17 @@ impl Shape {
         let pieces = shape.cubes.iter().map(|cube| all(1, &cube.span.pow(3)));
         count("pieces of all cubes", pieces.sum(), MOST_IN_ALL)?;
         for k in 0..shape.cubes.len() {
-            shape.cubes[k].held = shape.all_held(&shape.cubes[k]);
+            let held = shape.all_held(&shape.cubes[k]);
+            let cube = &mut shape.cubes[k];
+            cube.uniform = held
+                .first()
+                .copied()
+                .filter(|first| held.iter().all(|own| own == first));
+            if cube.uniform.is_none() {
+                cube.held = held;
+            }
         }
+        shape.beside = neighbours(&shape.cubes);
         Ok(shape)
     }
 
@@ -125,6 +120,7 @@ impl Shape {
             corner,
             span,
             held: Vec::new(),
+            uniform: None,
         })
     }
 

@@ -4,3 +4,4 @@ mod fields;
 mod pixels;
 mod slices;
 mod stage;
+mod whole;

@@ -27,7 +27,7 @@ use super::points::Weights;
 use super::runs::{RUN, Run, Runs};
 use super::source::Source;
 use super::walk::{LANES, Walk};
-pub(super) use proof::Vector;
+pub(crate) use proof::{Vector, Work};
 
 /// What blocks of eight are read with.
 ///

@@ -2,11 +2,11 @@
 
 /// Proof that this CPU has AVX2.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::reslice::cpu) struct Vector(());
+pub(crate) struct Vector(());
 
 impl Vector {
     /// Whether this CPU has it.
-    pub(in crate::reslice::cpu) fn detect() -> Option<Self> {
+    pub(crate) fn detect() -> Option<Self> {
         #[cfg(target_arch = "x86_64")]
         if std::arch::is_x86_feature_detected!("avx2") {
             return Some(Self(()));
@@ -16,7 +16,7 @@ impl Vector {
 
     /// Runs `work` compiled for AVX2 where there is a proof, else as it is.
     #[inline(always)]
-    pub(in crate::reslice::cpu) fn with(vector: Option<Self>, work: impl FnOnce()) {
+    pub(crate) fn with(vector: Option<Self>, work: impl FnOnce()) {
         match vector {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the proof says that this CPU has AVX2.
@@ -25,9 +25,20 @@ impl Vector {
         }
     }
 
+    /// The same of long work: that of a closure is compiled for AVX2 only where the compiler takes it in.
+    #[inline(always)]
+    pub(crate) fn work(vector: Option<Self>, work: impl Work) {
+        match vector {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the proof says that this CPU has AVX2.
+            Some(Self(())) => unsafe { run_long(work) },
+            _ => work.work(),
+        }
+    }
+
     /// Asks for the memory of `N` values from place `from` on, if there are so many.
     #[inline(always)]
-    pub(in crate::reslice::cpu) fn fetch<const N: usize, V>(self, values: &[V], from: usize) {
+    pub(crate) fn fetch<const N: usize, V>(self, values: &[V], from: usize) {
         #[cfg(target_arch = "x86_64")]
         if let Some(values) = values.get(from..).and_then(|rest| rest.first_chunk::<N>()) {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -42,7 +53,7 @@ impl Vector {
 
     /// Asks for the memory of the value at `place`, if there is one.
     #[inline(always)]
-    pub(in crate::reslice::cpu) fn fetch_one<V>(self, values: &[V], place: usize) {
+    pub(crate) fn fetch_one<V>(self, values: &[V], place: usize) {
         #[cfg(target_arch = "x86_64")]
         if let Some(value) = values.get(place) {
             use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
@@ -50,6 +61,19 @@ impl Vector {
             unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(value).cast()) };
         }
     }
+}
+
+/// Work whose functions are all marked to be taken in where they are called.
+pub(crate) trait Work {
+    /// Does it.
+    fn work(self);
+}
+
+/// Compiles what it is given for AVX2.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn run_long(work: impl Work) {
+    work.work();
 }
 
 /// Compiles what it is given for AVX2.
