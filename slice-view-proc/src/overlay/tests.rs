@@ -305,3 +305,57 @@ fn no_figure_stands_on_a_surface() {
         }
     }
 }
+
+/// A shape that nothing is drawn of: only that there is one matters to the words.
+fn shapes() -> crate::tissue::Shapes {
+    crate::tissue::Shapes {
+        mesh_id: [0; 32],
+        ct_from_model: Rigid::identity(),
+        organs: Vec::new(),
+    }
+}
+
+#[test]
+fn what_an_image_shows_of_the_tissue_stands_on_it() {
+    use bus::message::TissueShown;
+    let shapes = shapes();
+    let moved = Some(crate::tissue::Moved {
+        shapes: &shapes,
+        places: &[],
+    });
+    let words = |shown, notice, late_ns| {
+        of_targets(None, |overlay| {
+            let is_moved = matches!(shown, TissueShown::Settled | TissueShown::Approximate);
+            let overlay = Overlay {
+                notice,
+                tissue: crate::tissue::Tissues {
+                    shown,
+                    moved: moved.filter(|_| is_moved),
+                    late_ns,
+                    seq: 1,
+                },
+                ..*overlay
+            };
+            let placed = overlay.words().layout.placed;
+            let all: Vec<String> = placed.into_iter().map(|word| word.text).collect();
+            (all.join("|"), overlay.frame().map(|(colour, _)| colour))
+        })
+    };
+    let live = |shown| words(shown, Notice::Live, Some(123_400_000));
+    assert!(!live(TissueShown::None).0.contains("MODEL") && live(TissueShown::None).1.is_none());
+    let (settled, frame) = live(TissueShown::Settled);
+    assert!(settled.contains("MODEL") && !settled.contains("REST") && frame.is_none());
+    for (shown, said) in [
+        (TissueShown::Approximate, "MODEL NOT SETTLED"),
+        (TissueShown::Late, "TISSUE LATE 123\u{a0}ms: ORGANS AT REST"),
+        (TissueShown::CatchingUp, "TISSUE CATCHING UP: ORGANS AT REST"),
+        (TissueShown::Refused, "TISSUE REFUSED: ORGANS AT REST"),
+        (TissueShown::Rigid, "ORGANS AT REST"),
+    ] {
+        let (found, frame) = live(shown);
+        assert!(found.contains(said), "{found}");
+        assert_eq!(frame, Some(palette::WARN), "{said}");
+    }
+    let (held, _) = words(TissueShown::Late, Notice::Requested, None);
+    assert!(held.contains("NO TISSUE OF THIS POSE"), "{held}");
+}
