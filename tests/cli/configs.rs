@@ -134,6 +134,12 @@ fn an_overview_is_a_renderer_of_its_own_and_the_demonstration_has_none() {
 }
 
 #[test]
+fn an_organ_is_moved_by_a_process_of_its_own_and_the_demonstration_moves_none() {
+    let all = starts("tissue.toml");
+    assert!(all.contains(&"tissue".to_owned()) && !starts("demo.toml").contains(&"tissue".to_owned()));
+}
+
+#[test]
 fn an_external_tracker_is_not_started() {
     assert_eq!(scene("external-tracker.toml").tracker.source, TrackerSource::External);
     assert!(!starts("external-tracker.toml").contains(&"tracker".to_owned()));

@@ -129,8 +129,10 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
         status.to_string().contains("from where it was last, draw it back")
     });
     assert!(pid_in(&status, "tissue").is_some());
-    // It was killed: the run says so.
+    // It was killed: the run says so, and the last pictures what they show.
     assert!(!pilot.stop().success());
+    let texts = crate::support::png_texts(&world.path("out/frontal.png"));
+    assert!(texts["tissue"] == "refused" || texts["tissue"] == "late", "{texts:?}");
 }
 
 /// Places of the generated patient that are tissue all around, where the messages have moved them into the image's plane: the image has

@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 11] = [
+const PROGRAMS: [&str; 12] = [
     "pilot",
     "volume-loader",
     "tracker-proc",

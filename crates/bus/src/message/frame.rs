@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::images::{CENTRE_HU, FIELD_MM, WIDTH_HU};
-use super::{Lost, VolumeHash};
+use super::{Lost, TissueShown, VolumeHash};
 use crate::clock;
 use geometry::SlicePlane;
 use geometry::checked::{self, DoorError};
@@ -154,13 +154,23 @@ impl FrameStamp {
             Some(FrameState::Lost(reason)) => reason.words(),
             None => "unknown",
         };
-        vec![
+        let mut texts = vec![
             ("pose_seq", self.seq.to_string()),
             ("pose_time_ns", self.t_device_ns.to_string()),
             ("registration_id", format!("{:016x}", self.registration_id)),
             ("volume_hash", self.volume().to_string()),
             ("pose_state", state.to_owned()),
-        ]
+        ];
+        match TissueShown::from_code(self.tissue) {
+            Some(TissueShown::None) => {}
+            Some(shown) => texts.push(("tissue", shown.word().to_owned())),
+            None => texts.push(("tissue", "unknown".to_owned())),
+        }
+        if self.tissue_seq != 0 {
+            texts.push(("tissue_seq", self.tissue_seq.to_string()));
+            texts.push(("tissue_mesh", format!("{:016x}", self.tissue_mesh)));
+        }
+        texts
     }
 
     /// The volume shown.

@@ -112,6 +112,7 @@ impl Lattice {
     /// two; where there are none, as the nodes beside it. A linear field is gone on with as it is.
     fn go_on(&mut self, numbers: &BTreeMap<[i32; 3], u32>, step: i32, mut known: Vec<bool>) {
         loop {
+            // A layer rests on those before it alone, so that its order does not matter.
             let mut layer = Vec::new();
             for (at, number) in numbers.iter().filter(|(_, number)| !known[**number as usize]) {
                 let near = |way: [i32; 3], times: i32| {
