@@ -18,6 +18,7 @@ mod sha;
 mod target;
 #[cfg(test)]
 mod tests;
+mod tissue;
 mod way;
 mod words;
 

@@ -1,6 +1,7 @@
 //! A scene whose every value has been checked, but for what the label map says.
 
 mod held;
+mod law;
 mod numbers;
 mod organ;
 mod spread;
@@ -40,6 +41,8 @@ pub(super) struct Organ {
     pub(super) label: u16,
     /// The law's name in a scene.
     pub(super) law: &'static str,
+    /// `[weight, exponent]` of each term where that is Ogden's.
+    pub(super) ogden: Option<Vec<[f64; 2]>>,
     pub(super) material: Material,
     /// Young's modulus and Poisson's ratio of the material.
     pub(super) young: Given,
@@ -157,7 +160,7 @@ impl Plan {
             Some(organ) if self.field == RawSpaceField::VonMises => Err(invalid(
                 "output.field",
                 format!("\"von-mises\", with the law {} of {:?}", organ.law, organ.name),
-                "\"displacement\", or a law whose pressure is of the volume alone: neo-hookean, stable-neo-hookean",
+                "\"displacement\", or a law whose pressure is of the volume alone: neo-hookean, stable-neo-hookean, ogden",
             )),
             _ => Ok(self),
         }

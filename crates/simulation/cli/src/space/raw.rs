@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Deserialize;
 
-use crate::scene::raw::RawUnits;
+use crate::scene::raw::{Pair, RawUnits};
 
 /// A place or a vector of the patient: LPS, mm.
 pub(crate) type Triple = [f64; 3];
@@ -66,7 +66,11 @@ pub(crate) struct RawSpace {
 pub(crate) struct RawOrgan {
     pub(crate) name: String,
     pub(crate) label: u16,
+    #[serde(default)]
     pub(crate) law: RawSpaceLaw,
+    /// `[weight, exponent]` of each term of an Ogden law.
+    #[serde(default)]
+    pub(crate) ogden: Option<Vec<Pair>>,
     /// Young's modulus, N/mm^2.
     pub(crate) young: f64,
     /// Standard deviation of its logarithm.
@@ -87,13 +91,15 @@ pub(crate) struct RawOrgan {
 }
 
 /// The form of the energy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum RawSpaceLaw {
     StVenantKirchhoff,
     Linear,
+    #[default]
     NeoHookean,
     StableNeoHookean,
+    Ogden,
 }
 
 /// What is done about a label of several parts.
