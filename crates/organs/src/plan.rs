@@ -1,6 +1,7 @@
 //! A scene whose every value has been checked, but for what the label map says.
 
 mod held;
+mod law;
 mod numbers;
 mod organ;
 mod spread;
@@ -42,6 +43,8 @@ pub struct Organ {
     pub label: u16,
     /// The law's name in a scene.
     pub law: &'static str,
+    /// `[weight, exponent]` of each term where that is Ogden's.
+    pub ogden: Option<Vec<[f64; 2]>>,
     /// Of stresses in N/mm^2.
     pub material: Material,
     /// Young's modulus of the material, N/mm^2.
@@ -181,7 +184,7 @@ impl Plan {
             Some(organ) if self.field == RawSpaceField::VonMises => Err(invalid(
                 "output.field",
                 format!("\"von-mises\", with the law {} of {:?}", organ.law, organ.name),
-                "\"displacement\", or a law whose pressure is of the volume alone: neo-hookean, stable-neo-hookean",
+                "\"displacement\", or a law whose pressure is of the volume alone: neo-hookean, stable-neo-hookean, ogden",
             )),
             _ => Ok(self),
         }

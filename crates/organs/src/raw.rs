@@ -77,7 +77,11 @@ pub struct RawOrgan {
     /// Of the label map, above 0.
     pub label: u16,
     /// `law`: the form of the energy.
+    #[serde(default)]
     pub law: RawSpaceLaw,
+    /// `[weight, exponent]` of each term of an Ogden law.
+    #[serde(default)]
+    pub ogden: Option<Vec<[f64; 2]>>,
     /// Young's modulus, N/mm^2.
     pub young: f64,
     /// Standard deviation of its logarithm.
@@ -101,7 +105,7 @@ pub struct RawOrgan {
 }
 
 /// The form of the energy.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RawSpaceLaw {
     /// `st-venant-kirchhoff`
@@ -109,9 +113,12 @@ pub enum RawSpaceLaw {
     /// `linear`: of the symmetric gradient, for small rotations only.
     Linear,
     /// `neo-hookean`: never inverts.
+    #[default]
     NeoHookean,
     /// `stable-neo-hookean`: finite at inversion, and pushes back from it.
     StableNeoHookean,
+    /// `ogden`: a sum of terms of principal stretches.
+    Ogden,
 }
 
 /// What is done about a label of several parts.

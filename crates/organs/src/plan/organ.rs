@@ -1,10 +1,10 @@
 //! Organs of a scene, checked.
 
-use simulation::law::{Law, Refused};
+use simulation::law::Refused;
 use simulation::space::cells::{Parts, Settings, Smoothing};
 use simulation::space::law::Material;
 
-use super::super::raw::{RawOrgan, RawParts, RawSpaceLaw};
+use super::super::raw::{RawOrgan, RawParts};
 use super::Organ;
 use super::numbers::length;
 use super::spread::{poisson, young};
@@ -24,12 +24,7 @@ pub(super) fn organ((k, raw): (usize, &RawOrgan)) -> Checked<Organ> {
             "a label of the map, above 0: 0 is what has none",
         ));
     }
-    let (name, law) = match raw.law {
-        RawSpaceLaw::StVenantKirchhoff => ("st-venant-kirchhoff", Law::StVenantKirchhoff),
-        RawSpaceLaw::Linear => ("linear", Law::Linear),
-        RawSpaceLaw::NeoHookean => ("neo-hookean", Law::NeoHookean),
-        RawSpaceLaw::StableNeoHookean => ("stable-neo-hookean", Law::StableNeoHookean),
-    };
+    let (name, law) = super::law::law(k, raw)?;
     let prefix = format!("organs.{k}");
     let young = young(&prefix, raw.young, raw.young_spread)?;
     if raw.poisson > MOST_POISSON {
@@ -68,6 +63,7 @@ pub(super) fn organ((k, raw): (usize, &RawOrgan)) -> Checked<Organ> {
         name: raw.name.clone(),
         label: raw.label,
         law: name,
+        ogden: raw.ogden.clone(),
         material,
         young,
         poisson,

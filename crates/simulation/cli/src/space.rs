@@ -9,6 +9,7 @@ mod report;
 mod run;
 #[cfg(test)]
 mod tests;
+mod tissue;
 mod words;
 
 use std::path::{Path, PathBuf};

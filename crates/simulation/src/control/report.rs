@@ -43,7 +43,7 @@ pub enum Failed {
     NoEnergy,
     /// The energy has no lower bound that the search could find.
     #[error(
-        "no equilibrium exists near: after {iterations} steps the state is {distance:e} away, {extents:.0} times the largest solid, and the energy falls on"
+        "no equilibrium exists near: after {iterations} steps the state is {distance:.2e} away, {extents:.0} times the largest solid, and the energy falls on"
     )]
     Unbounded {
         /// Steps made.
@@ -57,7 +57,9 @@ pub enum Failed {
     #[error("the stiffness has no factor near any of four shifts: whether the state is a minimum is not known")]
     NoInertia,
     /// The steps ran out, or became too small to change the energy.
-    #[error("no convergence in {iterations} steps: the largest free force is {residual:e}, the largest load {load:e}")]
+    #[error(
+        "no convergence in {iterations} steps: the largest free force is {residual:.2e}, the largest load {load:.2e}"
+    )]
     NotConverged {
         /// Steps made.
         iterations: usize,
@@ -68,7 +70,7 @@ pub enum Failed {
     },
     /// The state found is no state of a solid.
     #[error(
-        "the forces balance in a state that is turned inside out (least determinant {least_determinant}): the law allows it, the solid does not"
+        "the forces balance in a state that is turned inside out (least determinant {least_determinant:.3e}): the law allows it, the solid does not"
     )]
     Inverted {
         /// The least determinant.

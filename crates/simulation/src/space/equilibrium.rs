@@ -92,7 +92,7 @@ pub enum NoEquilibrium {
     },
     /// Pressures do not settle.
     #[error(
-        "the contact's pressures still change by {change:e} beside {load:e}, and points are {depth:e} mm deep, after {MOST_ROUNDS} rounds"
+        "the contact's pressures still change by {change:.2e} beside {load:.2e}, and points are {depth:.2e} mm deep, after {MOST_ROUNDS} rounds"
     )]
     Pressures {
         /// Change of a force.

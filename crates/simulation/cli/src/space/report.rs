@@ -90,6 +90,8 @@ struct OrganRecord<'a> {
     name: &'a str,
     label: u16,
     law: &'static str,
+    /// `[weight, exponent]` of each term where that is Ogden's.
+    ogden: Option<&'a [[f64; 2]]>,
     young: f64,
     young_spread: Option<f64>,
     poisson: f64,
@@ -269,6 +271,7 @@ fn organ_record<'a>(body: &'a Body, organ: &'a organs::plan::Organ) -> OrganReco
         name: &body.name,
         label: body.label,
         law: organ.law,
+        ogden: organ.ogden.as_deref(),
         young: organ.young.value,
         young_spread: organ.young.spread,
         poisson: organ.poisson.value,

@@ -8,6 +8,7 @@ use simulation::control::{Newton, Potential, Settings};
 use simulation::space::equilibrium::{Equilibrium, NoEquilibrium};
 use simulation::sparse::Dissection;
 
+use super::tissue::{self, Between};
 use crate::output::OutputError;
 use crate::run::Stopwatch;
 use search::Search;
@@ -42,6 +43,8 @@ pub(super) struct State {
     pub(super) on_tube: OnTube,
     /// What tube, springs and held nodes leave over on the organs, beside the force on the tube.
     pub(super) balance: f64,
+    /// The deepest place of a surface in the tube, between its points too.
+    pub(super) between: Between,
     /// Area of surfaces, before the deformation, that lies in what the scene names rigid, mm^2: it is no obstacle.
     pub(super) in_rigid: f64,
     /// Parts that the step was made in.
@@ -112,25 +115,40 @@ fn strokes(
         let made = search.to(model, *stroke);
         let mut state = State::of(model, plan, labels, &search, made.as_ref().ok());
         state.seconds = 1e-3 * began.ms();
-        match made {
-            Ok(_) => {
+        let ended = match made {
+            Ok(_) => tissue::refused(&state.between, model.way.radius, labels),
+            Err(why) => Some(ended(&why, &search, &tissue::described(model, labels, &state.a))),
+        };
+        match ended {
+            None => {
                 state.label = format!("state {k} of {}", strokes.len() - 1);
                 tell(&state.line(model));
                 run.states.push(state);
                 keep(model, run)?;
             }
-            Err(why) => {
+            Some(why) => {
                 state.label = format!("NOT an equilibrium, on the way to state {k}");
+                state.found = None;
                 run.states.push(state);
                 return Ok(Err(format!(
-                    "state {k} of {}, {stroke} mm along the stroke: {}",
-                    strokes.len() - 1,
-                    advice(&why)
+                    "state {k} of {}, {stroke} mm along the stroke: {why}",
+                    strokes.len() - 1
                 )));
             }
         }
     }
     Ok(Ok(()))
+}
+
+/// Why a search ended, how far the one before came, and what the tissue is like where this one stopped.
+fn ended(why: &NoEquilibrium, search: &Search, tissue: &str) -> String {
+    format!(
+        "{}. The last equilibrium is {:.2} mm along the stroke. Where the search ended, at {:.2} mm: {}",
+        advice(why),
+        search.done,
+        search.stroke,
+        tissue.trim_end()
+    )
 }
 
 /// The reason, with what a person can do about it.
@@ -185,6 +203,7 @@ impl State {
                 depth,
             },
             balance,
+            between: tissue::between(model, &a),
             in_rigid: in_rigid(model, plan, labels, &a),
             parts: found.map_or(0, |f| f.1),
             seconds: 0.0,
@@ -204,12 +223,13 @@ impl State {
         });
         let targets: String = targets.collect();
         format!(
-            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth of points {:.1e} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s{targets}",
+            "{}: {:.2} mm, force {:.4} N, residual {:.1e} of the load, {falling}, depth of points {:.1e} mm, between them {:.2} mm, least det F {:.3}, balance {:.1e}; {} parts, {} rounds, {} steps, {:.2} s{targets}",
             self.label,
             self.stroke,
             self.on_tube.force.norm(),
             beside(found.residual, found.load),
             found.depth,
+            self.between.depth,
             found.least_determinant,
             self.balance,
             self.parts,

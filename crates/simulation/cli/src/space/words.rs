@@ -52,7 +52,7 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     for (body, organ) in model.bodies.iter().zip(&plan.organs) {
         let facts = &body.facts;
         let mut words = format!(
-            "{}: label {}, {} voxels, {:.1} ml; {} cubes with {} nodes, {:.2} ml; {}, E {} N/mm2, nu {:.4}",
+            "{}: label {}, {} voxels, {:.1} ml; {} cubes with {} nodes, {:.2} ml; {}{}, E {} N/mm2, nu {:.4}",
             body.name,
             body.label,
             facts.voxels - if facts.filled { facts.holes } else { 0 },
@@ -61,6 +61,7 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
             body.mesh.nodes.len(),
             1e-3 * body.mesh.volume(),
             organ.law,
+            terms(organ.ogden.as_deref()),
             organ.young.value,
             organ.poisson.value
         );
@@ -267,4 +268,9 @@ pub(super) fn errors(said: &Said, model: &Model) -> String {
         "model: the longest half axis of 95 %, by numbers with a standard deviation alone, to first order",
     );
     text
+}
+
+/// Terms of an Ogden law, as the scene has them.
+fn terms(ogden: Option<&[[f64; 2]]>) -> String {
+    ogden.map(|terms| format!(" {terms:?}")).unwrap_or_default()
 }

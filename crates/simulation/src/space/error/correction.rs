@@ -57,7 +57,7 @@ pub enum NoCorrection {
     #[error("the state has no energy on the finer mesh, or nothing holds it there")]
     State,
     /// The passes do not settle: the finer mesh is too far from the state, as that of a mesh much too coarse.
-    #[error("the last pass still moved an unknown by {left} of the largest move")]
+    #[error("the last pass still moved an unknown by {left:.2} of the largest move")]
     Unsettled {
         /// That part.
         left: f64,

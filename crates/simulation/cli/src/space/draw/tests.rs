@@ -7,6 +7,7 @@ use super::super::errors::Said;
 use super::super::report::Whole;
 use super::super::run::{OnTube, Run, State};
 use super::super::tests::maps::{BALL, SCENE, folder};
+use super::super::tissue::Between;
 use super::cut::Pixel;
 use super::{Album, shape};
 
@@ -27,6 +28,10 @@ fn moved(space: &Space, by: &Vector3<f64>) -> State {
             depth: 0.0,
         },
         balance: 0.0,
+        between: Between {
+            depth: 0.0,
+            at: Vector3::zeros(),
+        },
         in_rigid: 0.0,
         parts: 1,
         seconds: 0.0,

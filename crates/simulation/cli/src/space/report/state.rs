@@ -58,6 +58,8 @@ struct Certificate {
     force_change: f64,
     /// The deepest point in the tube, mm.
     depth: f64,
+    /// The deepest place of a surface in the tube, between its points too, mm.
+    depth_between_points: f64,
     least_determinant: f64,
     /// Directions in which the energy falls: 0 at a minimum, null where it is not known.
     falling: Option<usize>,
@@ -108,6 +110,7 @@ fn certificate(state: &State, found: &Equilibrium) -> Certificate {
         load: found.load,
         force_change: beside(found.change, found.load),
         depth: found.depth,
+        depth_between_points: state.between.depth,
         least_determinant: found.least_determinant,
         falling: found.falling,
         balance: state.balance,

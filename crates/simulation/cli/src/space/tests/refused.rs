@@ -275,6 +275,32 @@ fn unknown_keys_wrong_types_and_ranges_are_named() {
     refused("label = 1", "label = 70000", &["label"]);
     refused("label = 1", "label = 0", &["organs.0.label"]);
     refused("law = \"neo-hookean\"", "law = \"rubber\"", &["rubber", "neo-hookean"]);
+    refused(
+        "law = \"neo-hookean\"",
+        "law = \"ogden\"",
+        &["organs.0.ogden", "nothing"],
+    );
+    for (terms, found) in [
+        ("[]", "0"),
+        ("[[1.0, 2.0], [1.0, 3.0], [1.0, 4.0], [1.0, 5.0]]", "4"),
+        ("[[1.0, 2.0], [1.0, -3.0]]", "exponent -3"),
+        ("[[nan, 2.0]]", "NaN"),
+        ("[[1.0, 30.5]]", "30.5"),
+        ("[[1.0, inf]]", "inf"),
+    ] {
+        let law = format!("law = \"ogden\"\nogden = {terms}");
+        refused(
+            "law = \"neo-hookean\"",
+            &law,
+            &["organs.0.ogden", found, "exponents from -30 to 30"],
+        );
+    }
+    refused(
+        "law = \"neo-hookean\"",
+        "law = \"neo-hookean\"\nogden = [[1.0, 2.0]]",
+        &["organs.0.ogden", "law = \"ogden\""],
+    );
+    refused("law = \"neo-hookean\"", "ogden = [[1.0, 2.0]]", &["organs.0.ogden"]);
     refused("young = 0.01", "young = -0.01", &["organs.0.young"]);
     refused("poisson = 0.45", "poisson = 0.5", &["organs.0.poisson", "0.4999"]);
     refused("poisson = 0.45", "poisson = nan", &["organs.0.poisson"]);
