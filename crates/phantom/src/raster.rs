@@ -11,7 +11,14 @@ use crate::vec3::{Vec3, sub};
 /// whose box does not hold the voxel, and they would return their input unchanged.
 pub(crate) fn fill_slice(canvas: &Canvas, grid: &VolumeGrid, k: u32, out: &mut [i16]) {
     let paint = |solid: &Solid, p: Vec3, value: f64| solid.paint(p, value);
-    fill(canvas, (grid, k), AIR_HU, paint, |voxel, value| *voxel = to_voxel(value), out);
+    fill(
+        canvas,
+        (grid, k),
+        AIR_HU,
+        paint,
+        |voxel, value| *voxel = to_voxel(value),
+        out,
+    );
 }
 
 /// Puts the structures of slice `k` of `grid` into `out`, as [`Canvas::structure`] has them at the voxels' centres.
@@ -38,7 +45,9 @@ fn fill<T: Copy>(
         }
         values.fill(empty);
         paint_row(&solids, &points, &mut values, &paint);
-        row.iter_mut().zip(&values).for_each(|(voxel, value)| put(voxel, *value));
+        row.iter_mut()
+            .zip(&values)
+            .for_each(|(voxel, value)| put(voxel, *value));
     }
 }
 
@@ -63,12 +72,7 @@ fn solids_of_slice<'a>(solids: &'a [Solid], grid: &VolumeGrid, k: u32) -> Vec<&'
     solids.iter().filter(|s| s.meets(low, high)).collect()
 }
 
-fn paint_row<T: Copy>(
-    solids: &[&Solid],
-    points: &[Vec3],
-    values: &mut [T],
-    paint: &impl Fn(&Solid, Vec3, T) -> T,
-) {
+fn paint_row<T: Copy>(solids: &[&Solid], points: &[Vec3], values: &mut [T], paint: &impl Fn(&Solid, Vec3, T) -> T) {
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return;
     };

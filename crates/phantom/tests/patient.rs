@@ -309,5 +309,10 @@ fn structures_lie_where_their_tissue_does() {
     for kidney in [KIDNEY_LEFT, KIDNEY_RIGHT] {
         assert!((1800..3000).contains(&counts[&kidney]), "{counts:?}");
     }
-    assert!(MUSCLES_LEFT.iter().chain(&MUSCLES_RIGHT).all(|label| counts[label] > 300));
+    assert!(
+        MUSCLES_LEFT
+            .iter()
+            .chain(&MUSCLES_RIGHT)
+            .all(|label| counts[label] > 300)
+    );
 }
