@@ -195,7 +195,8 @@ impl Frames {
     /// Whether solids are certainly not turned inside out near the tube, between the points of elements neither.
     pub(super) fn is_upright(&self) -> bool {
         let (bodies, tube) = (&self.system.bodies, &self.now.tube);
-        let near = |at: &Vector3<f64>, side: f64| !(tube.signed_distance(at).value > NEAR_SIDES * side);
+        // What is no number is deeper than any: nothing is proved there.
+        let near = |at: &Vector3<f64>, side: f64| depth_or_all(-tube.signed_distance(at).value) >= -NEAR_SIDES * side;
         (0..bodies.len()).all(|body| bodies.solid(body).is_upright(bodies.part(body, &self.now.a), &near))
     }
 
