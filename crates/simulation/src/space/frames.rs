@@ -63,6 +63,7 @@ struct Now {
     pressures: Vec<f64>,
     tube: Tube,
     found: Found,
+    settled: bool,
 }
 
 /// A system, its state, and the tube in it.
@@ -139,6 +140,8 @@ impl Frames {
         let (start, before) = (self.now.clone(), self.force());
         match self.go(pose, parts, &start) {
             Ok(found) => {
+                let unsettled = self.unsettled(&found);
+                let found = Found { unsettled, ..found };
                 self.now.found = found;
                 let state = self.judge(pose, &found);
                 let work = self.work(&start.tube, &before);
@@ -167,14 +170,15 @@ impl Frames {
 
     fn judge(&mut self, pose: &Isometry3<f64>, found: &Found) -> State {
         self.slow = found.rate > SLOW_RATE && found.steps > 1;
+        self.now.settled = false;
         // The last part of a way is the pose itself, to the bit.
         if self.now.tube.pose() != pose {
             let left = self.now.tube.way_to(pose);
             return State::CatchingUp { left };
         }
-        let balanced = found.residual <= self.settings.tolerance && found.depth <= self.settings.depth;
-        // Laws that forbid no inversion have a balance inside out.
-        if balanced && found.determinant > 0.0 {
+        // Laws that forbid no inversion have a balance inside out, and all may be inside out between the points of elements.
+        self.now.settled = self.is_balanced(found) && found.determinant > 0.0 && self.is_upright();
+        if self.now.settled {
             State::Settled
         } else {
             State::Approximate
@@ -186,7 +190,7 @@ impl Frames {
         Frame {
             state,
             residual: found.residual,
-            unsettled: found.unsettled(),
+            unsettled: found.unsettled,
             force,
             energy: self.now.at.energy,
             work: 0.0,
@@ -194,6 +198,8 @@ impl Frames {
             steps: found.steps,
             factor: self.factors.number,
             depth: found.depth,
+            inside: found.inside,
+            gap: found.gap,
             contact_steps: found.contact_steps,
         }
     }

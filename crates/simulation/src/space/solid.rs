@@ -51,6 +51,12 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// The least determinant of the deformation gradient at the points looked at. Zero or less: turned inside out.
     fn least_determinant(&self, a: &[f64]) -> f64;
 
+    /// True where the determinant of the deformation gradient is proved to be above zero, between the points looked at too, in all parts of it for which
+    /// `near(where their middle is, their side)` holds; solids without parts have nothing to prove.
+    fn is_upright(&self, _a: &[f64], _near: &dyn Fn(&Vector3<f64>, f64) -> bool) -> bool {
+        true
+    }
+
     /// A scale of the stiffness of its parameters, force by length as their second derivatives have; zero where it has none.
     fn stiffness_scale(&self) -> f64;
 

@@ -9,6 +9,7 @@ mod springs;
 
 pub use organ_contact::OrganContact;
 pub use pressures::BadStiffness;
+pub(super) use pressures::depth_or_all;
 pub use rigid::{ContactForce, Rigid};
 pub use rigid_contact::{ObstacleContact, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;

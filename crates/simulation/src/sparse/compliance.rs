@@ -156,6 +156,10 @@ fn taken(panel: &[f64], front: &Front, x: &[f64], below: &mut Vec<f64>, count: u
 /// `X^T D^-1 X`.
 fn product(x: &[f64], pivots: &[f64], count: usize) -> DMatrix<f64> {
     let mut all = DMatrix::zeros(count, count);
+    // Combinations of held unknowns only reach nothing.
+    if pivots.is_empty() {
+        return all;
+    }
     let mut scaled = Vec::new();
     for from in (0..count).step_by(STRIP) {
         let width = STRIP.min(count - from);

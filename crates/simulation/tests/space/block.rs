@@ -37,8 +37,8 @@ pub(crate) fn tube() -> Tube {
     tube.at(pose(0.0, 0.0, 0.0)).unwrap()
 }
 
-/// The block alone.
-pub(crate) fn block(grid: Grid, nu: f64) -> System {
+/// The block's solid.
+pub(crate) fn body(grid: Grid, nu: f64) -> Deformable {
     let everywhere = Plane {
         point: Vector3::new(0.0, 0.0, 1e3),
         normal: Vector3::z(),
@@ -57,10 +57,16 @@ pub(crate) fn block(grid: Grid, nu: f64) -> System {
         ..Cells::of_side(grid.side)
     };
     let mesh = Mesh::new(&everywhere, corners, &settings, &refine).unwrap();
-    let held = mesh.nodes_where(|x| x.z < 1e-9);
     let material = Material::new(Law::NeoHookean, YOUNG, nu).unwrap();
+    Deformable::new(mesh, material, Vector3::zeros()).unwrap()
+}
+
+/// The block alone.
+pub(crate) fn block(grid: Grid, nu: f64) -> System {
+    let body = body(grid, nu);
+    let held = body.mesh().nodes_where(|x| x.z < 1e-9);
     let mut system = System::new();
-    system.add(Deformable::new(mesh, material, Vector3::zeros()).unwrap());
+    system.add(body);
     for n in held {
         (0..3).for_each(|k| system.fixed[3 * n + k] = true);
     }

@@ -1,10 +1,13 @@
 //! From frame to frame: the block pushed by a tube, held against `settle`, which shares neither factors nor contact with it.
 
 mod bone;
+mod certified;
 mod follow;
+mod held;
 mod refused;
 mod rest;
 mod slope;
+mod still;
 
 use nalgebra::{Isometry3, Vector3};
 use simulation::control::{Newton, Settings as Control};

@@ -79,6 +79,20 @@ impl Mesh {
         (0..27).map(value).collect()
     }
 
+    /// Where the middle of a cube is moved to.
+    pub(in crate::space) fn middle(&self, cube: usize, a: &[f64]) -> Vector3<f64> {
+        let [low, high] = self.grid().corners(&self.cells[cube]);
+        let mut at = 0.5 * (low + high);
+        let weights = values(self.order, [0.0; 3]);
+        let moving = self.ties.of_cell[cube].iter().zip(weights).filter(|(_, w)| *w != 0.0);
+        for (node, weight) in moving {
+            for (free, tied) in &self.ties.ties[*node as usize] {
+                (0..3).for_each(|k| at[k] += weight * tied * a[3 * *free as usize + k]);
+            }
+        }
+        at
+    }
+
     /// Of each element its cubes, by number, and its points in the order of its table.
     pub fn parts(&self) -> Vec<(Vec<usize>, Vec<VolumePoint>)> {
         let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();

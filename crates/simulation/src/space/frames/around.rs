@@ -25,9 +25,10 @@ impl Around<'_> {
         self.rigid(number).signed_distance(at)
     }
 
-    /// The same, left out where it is certainly above `most`.
+    /// The same, left out where it is certainly above `most`; not where it is no number.
     pub(super) fn within(&self, number: usize, at: &Vector3<f64>, most: f64) -> Option<Distance> {
         let rigid = self.rigid(number);
-        (rigid.clearance(at) <= most).then(|| rigid.signed_distance(at))
+        let clearance = rigid.clearance(at);
+        (clearance <= most || clearance.is_nan()).then(|| rigid.signed_distance(at))
     }
 }

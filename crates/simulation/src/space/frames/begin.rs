@@ -57,7 +57,7 @@ impl Frames {
         if let Some(term) = system.others.iter().position(|term| term.changes()) {
             return Err(NoFrames::Changing { term });
         }
-        let others = Others::new(&system, body, &wanted);
+        let others = Others::new(&system, body, &bones, &wanted);
         let touches = Arc::new(Touches::new(&system, body, wanted, &bones)?);
         let order = Dissection::by_places(&system.places(), &[])?;
         let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
@@ -73,18 +73,15 @@ impl Frames {
             ..settings
         };
         used.check(tube.least_radius())?;
-        let determinant = system.least_determinant(&a);
         let now = Now {
             a,
             at,
-            pressures: touches.pressures(&bones),
+            pressures: touches.pressures(),
             tube,
-            found: Found {
-                determinant,
-                ..Found::default()
-            },
+            found: Found::default(),
+            settled: false,
         };
-        let frames = Self {
+        let mut frames = Self {
             begun: now.clone(),
             now,
             last: None,
@@ -102,16 +99,30 @@ impl Frames {
             slow: false,
             stale: false,
         };
-        let mut v = Vec::new();
-        frames.contact.touches.take(&frames.now.a, &mut v);
-        let (tube, a) = (&frames.now.tube, &frames.now.a);
-        let looked = frames.watch(tube, a, &v).and_then(|()| frames.look_inside(tube, a));
-        match looked {
-            Err(Refused::TooDeep { depth, most } | Refused::Through { depth, most }) => {
-                Err(NoFrames::TooDeep { depth, most })
-            }
-            // Anything else may be left behind by the first way.
-            _ => Ok(frames),
-        }
+        let found = frames.first().map_err(|refused| match refused {
+            Refused::TooDeep { depth, most } | Refused::Through { depth, most } => NoFrames::TooDeep { depth, most },
+            other => NoFrames::Start(other),
+        })?;
+        frames.now.found = found;
+        let pose = *frames.tube().pose();
+        frames.judge(&pose, &found);
+        frames.begun = frames.now.clone();
+        Ok(frames)
+    }
+
+    /// What there is to say of the state at the start; refused where a frame would be.
+    fn first(&mut self) -> Result<Found, Refused> {
+        let (tube, mut v) = (self.now.tube.clone(), Vec::new());
+        self.contact.touches.take(&self.now.a, &mut v);
+        let found = Found {
+            gap: self.watch(&tube, &self.now.a, &v, true)?,
+            inside: self.look_inside(&tube, &self.now.a)?,
+            determinant: self.system.least_determinant(&self.now.a),
+            ..self.balance(&tube, &v)
+        };
+        Ok(Found {
+            unsettled: self.unsettled(&found),
+            ..found
+        })
     }
 }

@@ -8,7 +8,7 @@ use super::near::Near;
 use super::norm;
 use super::reduced::{Problem, Pushed, Reduced, Wanted};
 use super::touch::Touches;
-use crate::space::term::DEEPEST_PART;
+use crate::space::term::{DEEPEST_PART, depth_or_all};
 
 /// Points nearer than this part of the least radius must take part; all up to the second one are taken when some new one comes near.
 const NEAR_PART: f64 = 0.15;
@@ -42,13 +42,18 @@ impl Contact {
             true => self.touches.distance(point, v, around).value.abs(),
             false => self.depth(point, v, around),
         };
-        pressures.iter().enumerate().map(off).fold(0.0, f64::max)
+        pressures
+            .iter()
+            .enumerate()
+            .map(off)
+            .map(depth_or_all)
+            .fold(0.0, f64::max)
     }
 
     /// How deep a point is in what it may touch, mm; 0 outside.
     fn depth(&self, point: usize, v: &[f64], around: &Around<'_>) -> f64 {
         let near = self.touches.within(point, v, around, 0.0);
-        near.map_or(0.0, |distance| (-distance.value).max(0.0))
+        near.map_or(0.0, |distance| depth_or_all(-distance.value).max(0.0))
     }
 
     /// True where a point's way, by these changes of the unknowns, leads through what is deeper than half the radius: it might leave on
@@ -66,13 +71,21 @@ impl Contact {
         })
     }
 
-    /// Adds the forces of pressures, with the unknowns of the touches at `v`.
-    pub(super) fn push(&self, pressures: &[f64], v: &[f64], around: &Around<'_>, forces: &mut [f64]) {
-        for (point, pressure) in pressures.iter().enumerate().filter(|(_, p)| **p > 0.0) {
+    /// The forces of pressures, with the unknowns of the touches at `v`; and the length of those of the tube, or where it does not press of all.
+    pub(super) fn push(&self, pressures: &[f64], v: &[f64], around: &Around<'_>) -> (Vec<f64>, f64) {
+        let (mut forces, mut own) = (vec![0.0; v.len()], 0.0);
+        let pressing = pressures.iter().enumerate().filter(|(_, p)| **p > 0.0);
+        // Points at the tube come first: what bone carries may be far more than the tube presses.
+        for (point, pressure) in pressing {
+            if self.touches.with(point) > 0 && own == 0.0 {
+                own = norm(&forces);
+            }
             let normal = self.touches.distance(point, v, around).gradient;
-            self.touches
-                .push(point, &(normal * (pressure * self.touches.area(point))), forces);
+            let force = normal * (pressure * self.touches.area(point));
+            self.touches.push(point, &force, &mut forces);
         }
+        let pushed = if own > 0.0 { own } else { norm(&forces) };
+        (forces, pushed)
     }
 
     /// What depths cost in a comparison of states: twice the work of the pressures, or of their mean where a point has less (an

@@ -5,9 +5,11 @@ use crate::space::term::TubeForce;
 /// How far a frame came.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
-    /// Forces balance within the tolerance and no point is deeper than allowed, at the pose asked for.
+    /// Forces balance within the tolerance and no point is deeper than allowed, at the pose asked for; and no solid is turned inside out: at the points of
+    /// all elements, and proved everywhere in cubes whose middle is within two of their sides of the tube.
     Settled,
-    /// At the pose asked for, but forces do not balance, or points are too deep, within the steps of a frame.
+    /// At the pose asked for, but forces do not balance, or points are too deep, within the steps of a frame, or the determinant of the deformation
+    /// gradient is not proved to be above zero.
     Approximate,
     /// The tube is still on its way to the pose asked for: the state is that of where it is.
     CatchingUp {
@@ -40,8 +42,10 @@ pub enum Refused {
         /// Half the radius.
         most: f64,
     },
-    /// The tube is in tissue where no contact was prepared.
-    #[error("the tube is {depth:.3} mm deep in the surface where no contact was prepared for it")]
+    /// The tube, or bone, is in tissue where no contact was prepared, or where nothing can move it.
+    #[error(
+        "the tube or bone is {depth:.3} mm deep in the surface where no contact was prepared for it, or nothing moves"
+    )]
     OutOfReach {
         /// The deepest point, mm.
         depth: f64,
@@ -73,10 +77,10 @@ pub enum Refused {
 pub struct Frame {
     /// How far it came.
     pub state: State,
-    /// Free forces over the forces of contact, or over [`super::Settings::least_force`] where those are less.
+    /// Free forces over the forces of contact, of the tube where it presses, or over [`super::Settings::least_force`] where those are less.
     pub residual: f64,
-    /// What further steps would move, mm: an estimate of the algebraic part of the error, by the last step and the rate at which residuals fell; ten
-    /// times the step where there was one only. It is of no other part: not of the mesh, nor of the model.
+    /// What further steps would move, mm: an estimate of the algebraic part of the error, by what the free forces move by the last factor without
+    /// contact, with a margin, and by the depth. It is of no other part: not of the mesh, nor of the model.
     pub unsettled: f64,
     /// What the tissue does to the tube.
     pub force: TubeForce,
@@ -89,6 +93,10 @@ pub struct Frame {
     pub least_determinant: f64,
     /// The deepest that a point is in the tube or bone, and the farthest off it while it presses, mm.
     pub depth: f64,
+    /// The deepest that a point inside the tissue is in the tube or bone, mm: much only where that has come through the surface between points.
+    pub inside: f64,
+    /// The widest gap between points of the surface at the tube or bone, as it is stretched there, mm: what is so thick may lie between them unseen.
+    pub gap: f64,
     /// Steps made.
     pub steps: usize,
     /// Which second derivatives served, counted from 1: with the poses it fixes the bits.

@@ -3,7 +3,7 @@
 use nalgebra::Isometry3;
 
 use super::mix::Mix;
-use super::report::{Frame, State};
+use super::report::Frame;
 use super::search::Found;
 use super::{Frames, Now};
 use crate::space::tube::Tube;
@@ -50,11 +50,14 @@ impl Frames {
         let begun = self.begun.clone();
         self.restore(Now { tube, ..begun });
         (self.last, self.mix, self.scale, self.slow) = (None, Mix::default(), self.least_force, false);
+        let tube = &self.now.tube;
         let found = Found {
-            residual: super::norm(&self.now.at.forces) / self.least_force,
+            gap: self.gap(tube, &self.now.a),
+            inside: self.look_inside(tube, &self.now.a).unwrap_or(0.0),
             ..self.now.found
         };
         self.now.found = found;
-        Some(self.report(State::Settled, &found))
+        let state = self.judge(pose, &found);
+        Some(self.report(state, &found))
     }
 }

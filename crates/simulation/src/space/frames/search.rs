@@ -18,6 +18,8 @@ const MOST_SLOW: usize = 3;
 const ENERGY_ROUNDING: f64 = 1e-13;
 /// Up to this relative difference two energies are alike, and less free force counts.
 const ALIKE: f64 = 1e-5;
+/// What is left of a state's way is told times this: factors are a little old, and contact bends.
+const MARGIN: f64 = 2.0;
 /// Halvings of a step before there is none.
 const MOST_HALVINGS: i32 = 10;
 
@@ -26,13 +28,17 @@ const MOST_HALVINGS: i32 = 10;
 pub(super) struct Found {
     pub(super) residual: f64,
     pub(super) depth: f64,
+    /// The deepest point inside, and the widest gap of the surface, mm.
+    pub(super) inside: f64,
+    pub(super) gap: f64,
     /// The least determinant of the deformation gradient at the points of the elements.
     pub(super) determinant: f64,
     pub(super) steps: usize,
     pub(super) contact_steps: usize,
-    /// The largest displacement of the last step, mm, and what it left of the residual.
-    pub(super) last: f64,
+    /// What the last step left of the residual.
     pub(super) rate: f64,
+    /// What all steps that were not made would move, mm.
+    pub(super) unsettled: f64,
 }
 
 impl Found {
@@ -43,11 +49,6 @@ impl Found {
             contact_steps: self.contact_steps + next.contact_steps,
             ..*next
         }
-    }
-
-    /// What all steps that were not made would move: a geometric series by the last one.
-    pub(super) fn unsettled(&self) -> f64 {
-        self.last * self.rate / (1.0 - self.rate).max(0.1)
     }
 }
 
@@ -60,11 +61,9 @@ struct Next {
     at: Evaluated,
     v: Vec<f64>,
     pressures: Vec<f64>,
-    /// The part of the step that was made.
-    part: f64,
-    /// Free forces with those of contact, and those of contact alone, as lengths.
+    /// Free forces with those of contact, and what these are measured by.
     free: f64,
-    pushed: f64,
+    scale: f64,
 }
 
 impl Frames {
@@ -74,9 +73,11 @@ impl Frames {
         let mut v = Vec::new();
         self.contact.touches.take(&self.now.a, &mut v);
         // Before any step: what begins too deep would be led out on the other side.
-        self.watch(tube, &self.now.a, &v)?;
-        let (mut found, before) = (Found::default(), self.contact.steps());
+        self.watch(tube, &self.now.a, &v, false)?;
+        let (mut found, before) = (self.balance(tube, &v), self.contact.steps());
         let (mut free, mut slow) = (f64::INFINITY, 0);
+        // What is in balance already has no step: there may be none that leads lower.
+        let most = if self.is_balanced(&found) { 0 } else { most };
         for _ in 0..most {
             // Steps of an old factor may fail, or lead nowhere, where those of a new one do not.
             let next = match self.step(tube, &v, free) {
@@ -90,21 +91,17 @@ impl Frames {
             };
             self.stale = true;
             found.steps += 1;
-            // Displacements are what a picture shows: the largest one is told, not a norm.
-            let moved = next.a.iter().zip(&self.now.a).map(|(n, a)| (n - a).abs());
-            // A step that was halved says nothing about what is left.
-            found.last = moved.fold(0.0, f64::max) / next.part;
             found.rate = if free.is_finite() {
                 (next.free / free).min(1.0)
             } else {
                 1.0
             };
-            (free, self.scale) = (next.free, next.pushed.max(self.least_force));
+            (free, self.scale) = (next.free, next.scale);
             (self.now.a, self.now.at, v) = (next.a, next.at, next.v);
             self.now.pressures = next.pressures;
             found.residual = free / self.scale;
             found.depth = self.contact.off(&self.now.pressures, &v, &self.around(tube));
-            if found.residual <= self.settings.tolerance && found.depth <= self.settings.depth {
+            if self.is_balanced(&found) {
                 break;
             }
             // A stale factor shows by steps that leave most of the free forces; the first step has nothing to be held against.
@@ -115,10 +112,46 @@ impl Frames {
         }
         self.now.tube = tube.clone();
         found.contact_steps = self.contact.steps() - before;
-        self.watch(tube, &self.now.a, &v)?;
-        self.look_inside(tube, &self.now.a)?;
+        found.gap = self.watch(tube, &self.now.a, &v, true)?;
+        found.inside = self.look_inside(tube, &self.now.a)?;
         found.determinant = self.system.least_determinant(&self.now.a);
         Ok(found)
+    }
+
+    /// How far the state as it is is from balance with the tube there.
+    pub(super) fn balance(&mut self, tube: &Tube, v: &[f64]) -> Found {
+        let (now, around) = (&self.now, self.around(tube));
+        let (free, scale) = self.left(&now.at, &now.pressures, v, &around);
+        let found = Found {
+            residual: norm(&free) / scale,
+            depth: self.contact.off(&now.pressures, v, &around),
+            ..Found::default()
+        };
+        self.scale = scale;
+        found
+    }
+
+    /// Whether forces and depths are within what is asked for.
+    pub(super) fn is_balanced(&self, found: &Found) -> bool {
+        found.residual <= self.settings.tolerance && found.depth <= self.settings.depth
+    }
+
+    /// Free forces with those of contact, and what their length is measured by.
+    fn left(&self, at: &Evaluated, pressures: &[f64], v: &[f64], around: &Around<'_>) -> (Vec<f64>, f64) {
+        let (pushed, scale) = self.contact.push(pressures, v, around);
+        let mut free = at.forces.clone();
+        self.contact.touches.add(&pushed, &mut free);
+        (free, scale.max(self.least_force))
+    }
+
+    /// What the free forces of the state would move without contact, which holds it only more, by the factor at hand; and the depth. With a margin.
+    pub(super) fn unsettled(&self, found: &Found) -> f64 {
+        let mut v = Vec::new();
+        self.contact.touches.take(&self.now.a, &mut v);
+        let (mut free, _) = self.left(&self.now.at, &self.now.pressures, &v, &self.around(&self.now.tube));
+        self.factors.now.ldl.solve(&mut free);
+        // Displacements are what a picture shows: the largest one is told, not a norm.
+        MARGIN * (free.iter().fold(0.0, |most: f64, u| most.max(u.abs())) + found.depth)
     }
 
     /// New factors at once where those in use are of another state; true where there are.
@@ -165,7 +198,7 @@ impl Frames {
         let tries = mixed.iter().map(|mixed| (1.0, mixed)).chain(halves);
         tries.into_iter().find_map(|(t, (step, pressures))| {
             let a: Vec<f64> = self.now.a.iter().zip(step).map(|(a, s)| a + t * s).collect();
-            let next = self.look_at(a, pressures, &around, t)?;
+            let next = self.look_at(a, pressures, &around)?;
             let way: Vec<f64> = next.v.iter().zip(v).map(|(next, v)| next - v).collect();
             if self.contact.passes(v, &way, &around) {
                 return None;
@@ -176,19 +209,15 @@ impl Frames {
     }
 
     /// A state with its forces.
-    fn look_at(&self, a: Vec<f64>, pressures: &[f64], around: &Around<'_>, part: f64) -> Option<Next> {
+    fn look_at(&self, a: Vec<f64>, pressures: &[f64], around: &Around<'_>) -> Option<Next> {
         let at = Evaluated::of(&self.system, &a)?;
         let mut v = Vec::new();
         self.contact.touches.take(&a, &mut v);
-        let mut pushed = vec![0.0; v.len()];
-        self.contact.push(pressures, &v, around, &mut pushed);
-        let mut free = at.forces.clone();
-        self.contact.touches.add(&pushed, &mut free);
+        let (free, scale) = self.left(&at, pressures, &v, around);
         Some(Next {
             free: norm(&free),
-            pushed: norm(&pushed),
+            scale,
             pressures: pressures.to_vec(),
-            part,
             a,
             at,
             v,

@@ -1,5 +1,6 @@
 //! What a frame may cost, when it counts as settled, and what is refused before any.
 
+use super::report::Refused;
 use crate::sparse::{NoOrder, Precision};
 
 /// When a frame ends, and how old factors may be.
@@ -101,8 +102,11 @@ pub enum NoFrames {
         /// Half the radius, of a point of the surface; a fifth of one inside.
         most: f64,
     },
-    /// No point of the surface is wanted.
-    #[error("no point of the surface of solid {body} lies where the tube may press")]
+    /// The tube, or bone, begins where frames would be refused.
+    #[error("at the start {0}")]
+    Start(Refused),
+    /// No point of the surface is wanted, or none that moves.
+    #[error("no point of the surface of solid {body} that moves lies where the tube may press")]
     NoPoint {
         /// The solid.
         body: usize,

@@ -60,9 +60,13 @@ struct Held<'a> {
 impl Frames {
     /// The derivative of force and moment on the tube (as [`Frames::force`] has them: the moment about the tube's own origin, world's axes) by its
     /// pose: rows force then moment, columns ways then turns about the origin, by the stiffness of tissue that the last factor has, which
-    /// may be [`super::Settings::refresh`] and what goes on meanwhile old. Points that press go on pressing. `None` where it is not to be had: after a refusal,
-    /// or where a small motion changes the state by much; zero without contact.
+    /// may be [`super::Settings::refresh`] and what goes on meanwhile old. Points that press go on pressing. `None` where it is not to be had: outside
+    /// [`super::State::Settled`], where that factor is of a convex matrix in the place of second derivatives that are not positive definite, or where a small
+    /// motion changes the state by much; zero without contact.
     pub fn stiffness(&self) -> Option<Matrix6<f64>> {
+        if !self.now.settled || self.factors.now.convex {
+            return None;
+        }
         let near = &self.factors.now.near;
         // After a refusal the points at the tube may still be those of the pose that was refused.
         let pressing = self.pressing(near)?;

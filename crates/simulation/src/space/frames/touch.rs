@@ -8,13 +8,29 @@ use crate::space::system::System;
 use crate::space::term::ObstacleContact;
 use crate::space::tube::Distance;
 
-/// A point: its place and area in the reference configuration, where its nodes begin, and what it may touch.
+/// A point: its solid and number there, its place and area in the reference configuration, where its nodes begin, what it may touch, and
+/// the pressure there at the start.
 #[derive(Debug, Clone, Copy)]
 struct Touch {
+    body: usize,
+    point: usize,
     at: Vector3<f64>,
     area: f64,
     first: usize,
     with: usize,
+    pressure: f64,
+}
+
+/// Whether any unknown of the nodes that move a point is free: contact moves no others, and no pressure on them ends.
+pub(super) fn is_moved(system: &System, body: usize, point: usize) -> bool {
+    let (solid, offset) = (system.bodies.solid(body), system.bodies.offset(body));
+    let free = |node: &u32| {
+        system.fixed[offset + 3 * *node as usize..][..3]
+            .iter()
+            .any(|fixed| !fixed)
+    };
+    let row = solid.combination(point);
+    row.is_none_or(|row| row.iter().any(|(node, weight)| *weight != 0.0 && free(node)))
 }
 
 /// Points and the nodes that move them: `at + sum of weights times displacements`.
@@ -30,7 +46,8 @@ pub(super) struct Touches {
 }
 
 impl Touches {
-    /// Points of a solid for which `wanted(reference place, normal)` holds, which may touch the tube, and those of contacts with bones.
+    /// Points of a solid for which `wanted(reference place, normal)` holds, which may touch the tube, and those of contacts with bones: of both
+    /// those that move.
     pub(super) fn new(
         system: &System,
         body: usize,
@@ -40,20 +57,20 @@ impl Touches {
         let solid = system.bodies.solid(body);
         let all = (0..solid.points()).filter(|point| {
             let (at, normal, _) = solid.reference(*point);
-            wanted(&at, &normal)
+            wanted(&at, &normal) && is_moved(system, body, *point)
         });
         let mut found = Self::default();
         // Nodes by their first unknown among all, until all are known.
         let mut global = Vec::new();
         for point in all {
-            found.add_point(system, [body, point, 0], &mut global)?;
+            found.add_point(system, [body, point, 0], 0.0, &mut global)?;
         }
         if found.points.is_empty() {
             return Err(NoFrames::NoPoint { body });
         }
         for (number, bone) in bones.iter().enumerate() {
-            for (point, _) in bone.points() {
-                found.add_point(system, [bone.body(), point, number + 1], &mut global)?;
+            for (point, pressure) in bone.points().filter(|(p, _)| is_moved(system, bone.body(), *p)) {
+                found.add_point(system, [bone.body(), point, number + 1], pressure, &mut global)?;
             }
         }
         found.nodes = global.iter().map(|(node, _)| *node).collect();
@@ -70,6 +87,7 @@ impl Touches {
         &mut self,
         system: &System,
         [body, point, with]: [usize; 3],
+        pressure: f64,
         global: &mut Vec<(usize, f64)>,
     ) -> Result<(), NoFrames> {
         let (solid, offset) = (system.bodies.solid(body), system.bodies.offset(body));
@@ -79,7 +97,15 @@ impl Touches {
         // Weights of zero would name nodes that nothing moves.
         let moving = row.iter().filter(|(_, weight)| *weight != 0.0);
         global.extend(moving.map(|(node, weight)| (offset + 3 * *node as usize, *weight)));
-        self.points.push(Touch { at, area, first, with });
+        self.points.push(Touch {
+            body,
+            point,
+            at,
+            area,
+            first,
+            with,
+            pressure,
+        });
         Ok(())
     }
 
@@ -89,13 +115,8 @@ impl Touches {
     }
 
     /// The pressures that contacts with bones had, as a first guess; none at the tube.
-    pub(super) fn pressures(&self, bones: &[ObstacleContact]) -> Vec<f64> {
-        let of_bones = bones
-            .iter()
-            .flat_map(ObstacleContact::points)
-            .map(|(_, pressure)| pressure);
-        let tube = self.points.iter().take_while(|point| point.with == 0);
-        tube.map(|_| 0.0).chain(of_bones).collect()
+    pub(super) fn pressures(&self) -> Vec<f64> {
+        self.points.iter().map(|point| point.pressure).collect()
     }
 
     /// How many unknowns the nodes have, which vectors here are of.
@@ -114,6 +135,16 @@ impl Touches {
         for (n, v) in self.nodes.iter().zip(v.chunks_exact(3)) {
             all[*n..n + 3].iter_mut().zip(v).for_each(|(a, v)| *a += v);
         }
+    }
+
+    /// Area of a point as the surface is stretched there, mm^2: the widest way of a long thin part counts for all of it.
+    pub(super) fn stretched_area(&self, point: usize, system: &System, a: &[f64]) -> f64 {
+        let Touch { body, point, area, .. } = self.points[point];
+        area * system
+            .bodies
+            .solid(body)
+            .stretch(system.bodies.part(body, a), point)
+            .powi(2)
     }
 
     /// Area of a point, mm^2.

@@ -104,14 +104,21 @@ impl Frames {
     fn refresh(&mut self, at_once: bool) {
         // By way, not by frames: a tube at rest needs no new factors.
         let old = self.ways[0] > self.settings.refresh;
+        if !(old || self.slow) {
+            return;
+        }
+        let mut v = Vec::new();
+        self.contact.touches.take(&self.now.a, &mut v);
+        let points = self
+            .contact
+            .around(&self.now.pressures, &v, &self.around(&self.now.tube));
+        // In free air nothing asks for them.
+        if points.is_empty() {
+            return;
+        }
         if (at_once || self.settings.delay == 0) && old {
             self.renew();
-        } else if (old || self.slow) && !self.factors.is_waiting() {
-            let mut v = Vec::new();
-            self.contact.touches.take(&self.now.a, &mut v);
-            let points = self
-                .contact
-                .around(&self.now.pressures, &v, &self.around(&self.now.tube));
+        } else if !self.factors.is_waiting() {
             let due = self.frame.saturating_add(self.settings.delay.max(1) as u64);
             self.factors.ask(&self.system, &self.now.a, points, due);
             self.ways[1] = 0.0;

@@ -5,29 +5,74 @@ use nalgebra::Vector3;
 use super::Frames;
 use super::around::Around;
 use super::report::Refused;
+use super::touch::is_moved;
 use crate::space::solid::Inner;
 use crate::space::system::System;
-use crate::space::term::{ContactForce, DEEPEST_PART, MOST_INSIDE, SEEN_AT, TubeForce, gap_at};
+use crate::space::term::{
+    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, Rigid, SEEN_AT, TubeForce, depth_or_all, gap_at,
+};
 use crate::space::tube::Tube;
 
-/// Points of surfaces where no contact is prepared, and the area that each stands for; and points inside solids.
+/// Cubes are near the tube whose middle is within so many of their sides.
+const NEAR_SIDES: f64 = 2.0;
+
+/// A point of a surface where no contact with the tube (number 0) or bone is prepared: its solid, its number there, and its area.
+#[derive(Debug, Clone)]
+struct Other {
+    with: usize,
+    body: usize,
+    point: usize,
+    area: f64,
+}
+
+/// What a state looks like at the tube and at bones.
+#[derive(Debug, Clone)]
+struct Seen {
+    /// The deepest point where no contact is prepared, mm.
+    unprepared: f64,
+    /// By number, the deepest point where one is, and the widest gap between points, mm.
+    each: Vec<(f64, f64)>,
+}
+
+/// Points of surfaces where no contact is prepared; and points inside solids.
 #[derive(Debug, Clone)]
 pub(super) struct Others {
-    points: Vec<(usize, usize, f64)>,
+    points: Vec<Other>,
     inner: Vec<(usize, Inner)>,
 }
 
 impl Others {
-    pub(super) fn new(system: &System, body: usize, wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool) -> Self {
+    pub(super) fn new(
+        system: &System,
+        body: usize,
+        bones: &[ObstacleContact],
+        wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> Self {
         let all = (0..system.bodies.len()).flat_map(|b| (0..system.bodies.solid(b).points()).map(move |p| (b, p)));
-        let outside = all.filter_map(|(b, point)| {
-            let (at, normal, area) = system.bodies.solid(b).reference(point);
-            (b != body || !wanted(&at, &normal)).then_some((b, point, area))
+        let other = |with: usize, body: usize, point: usize| Other {
+            with,
+            body,
+            point,
+            area: system.bodies.solid(body).reference(point).2,
+        };
+        // At the tube also those that nothing moves: the tube may not be in them.
+        let at_tube = all.filter(|(b, point)| {
+            let (at, normal, _) = system.bodies.solid(*b).reference(*point);
+            *b != body || !wanted(&at, &normal) || !is_moved(system, *b, *point)
         });
+        let mut points: Vec<Other> = at_tube.map(|(b, point)| other(0, b, point)).collect();
+        for (number, bone) in bones.iter().enumerate() {
+            let mut prepared: Vec<usize> = bone.points().map(|(point, _)| point).collect();
+            prepared.sort_unstable();
+            // What is held in bone stays there.
+            let at_bone = (0..system.bodies.solid(bone.body()).points())
+                .filter(|point| prepared.binary_search(point).is_err() && is_moved(system, bone.body(), *point));
+            points.extend(at_bone.map(|point| other(number + 1, bone.body(), point)));
+        }
         let inner =
             (0..system.bodies.len()).flat_map(|b| system.bodies.solid(b).inner().into_iter().map(move |i| (b, i)));
         Self {
-            points: outside.collect(),
+            points,
             inner: inner.collect(),
         }
     }
@@ -37,66 +82,122 @@ impl Others {
         let own = |body: usize| number == 0 || around.bones[number - 1].body() == body;
         let depth = |(body, inner): &(usize, Inner)| {
             let at = inner.place(system.bodies.part(*body, a));
-            around.within(number, &at, 0.0).map_or(0.0, |distance| -distance.value)
+            let near = around.within(number, &at, 0.0);
+            near.map_or(0.0, |distance| depth_or_all(-distance.value))
         };
         let inner = self.inner.iter().filter(|(body, _)| own(*body));
         inner.map(depth).fold(0.0, f64::max)
     }
 
-    /// How deep a tube is in surfaces where no contact is prepared, and the widest gap between their points at it, mm; 0 where none is.
-    fn look(&self, system: &System, a: &[f64], tube: &Tube) -> (f64, f64) {
-        self.points
-            .iter()
-            .fold((0.0, 0.0), |(depth, gap), (body, point, area)| {
-                let at = system.bodies.solid(*body).point(system.bodies.part(*body, a), *point);
-                let distance = tube.signed_distance(&at).value;
-                (f64::max(depth, -distance), f64::max(gap, gap_at(*area, distance)))
-            })
+    /// How deep the tube and bones are in surfaces where no contact is prepared, and the widest gap between their points at the tube, mm; 0 where none is.
+    fn look(&self, system: &System, a: &[f64], around: &Around<'_>, gaps: bool) -> (f64, f64) {
+        let (mut depth, mut gap) = (0.0_f64, 0.0_f64);
+        for other in &self.points {
+            let (solid, part) = (system.bodies.solid(other.body), system.bodies.part(other.body, a));
+            let most = match other.with {
+                0 if gaps => seen_from(around.rigid(0), other.area),
+                _ => 0.0,
+            };
+            let near = around.within(other.with, &solid.point(part, other.point), most);
+            // What is no number is deeper than any.
+            let Some(near) = near.filter(|near| near.value.is_nan() || near.value <= most) else {
+                continue;
+            };
+            depth = depth.max(depth_or_all(-near.value));
+            if other.with == 0 && gaps {
+                let stretch = solid.stretch(part, other.point);
+                gap = gap.max(gap_at(other.area * stretch * stretch, near.value));
+            }
+        }
+        (depth, gap)
     }
 }
 
+/// How near a point is looked at: within the radius, however far points there have been drawn apart.
+fn seen_from(rigid: &dyn Rigid, area: f64) -> f64 {
+    rigid.radius().max(SEEN_AT * area.sqrt())
+}
+
+fn widest(seen: &Seen) -> f64 {
+    seen.each.iter().map(|(_, gap)| *gap).fold(0.0, f64::max)
+}
+
 impl Frames {
-    /// Refuses a tube that points of surfaces cannot tell of, or that is too deep for a way out.
-    pub(super) fn watch(&self, tube: &Tube, a: &[f64], v: &[f64]) -> Result<(), Refused> {
-        let (deep, wide) = self.others.look(&self.system, a, tube);
-        if deep > self.settings.depth {
-            return Err(Refused::OutOfReach { depth: deep });
-        }
+    /// Depths; and gaps too, which cost more.
+    fn seen(&self, tube: &Tube, a: &[f64], v: &[f64], gaps: bool) -> Seen {
         let (touches, around) = (&self.contact.touches, self.around(tube));
-        // Depth and gap by what points are at.
-        let mut found = vec![(0.0_f64, 0.0_f64); 1 + self.bones.len()];
-        found[0].1 = wide;
+        let (unprepared, wide) = self.others.look(&self.system, a, &around, gaps);
+        let mut each = vec![(0.0_f64, 0.0_f64); 1 + self.bones.len()];
+        each[0].1 = wide;
         for point in 0..touches.len() {
-            let area = touches.area(point);
-            if let Some(distance) = touches.within(point, v, &around, SEEN_AT * area.sqrt()) {
-                let (depth, gap) = &mut found[touches.with(point)];
-                (*depth, *gap) = (depth.max(-distance.value), gap.max(gap_at(area, distance.value)));
+            let with = touches.with(point);
+            let most = match gaps {
+                true => seen_from(around.rigid(with), touches.area(point)),
+                false => 0.0,
+            };
+            let near = touches.within(point, v, &around, most);
+            let Some(near) = near.filter(|near| near.value.is_nan() || near.value <= most) else {
+                continue;
+            };
+            let (depth, gap) = &mut each[with];
+            *depth = depth.max(depth_or_all(-near.value));
+            if gaps {
+                *gap = gap.max(gap_at(touches.stretched_area(point, &self.system, a), near.value));
             }
         }
-        for (number, (depth, gap)) in found.into_iter().enumerate() {
-            let most = DEEPEST_PART * around.rigid(number).radius();
-            if depth > most {
-                return Err(Refused::TooDeep { depth, most });
-            }
-            if gap > most {
-                return Err(Refused::TooCoarse { gap, most });
-            }
+        Seen { unprepared, each }
+    }
+
+    /// The widest gap between points of the surface at tube or bone, mm.
+    pub(super) fn gap(&self, tube: &Tube, a: &[f64]) -> f64 {
+        let mut v = Vec::new();
+        self.contact.touches.take(a, &mut v);
+        widest(&self.seen(tube, a, &v, true))
+    }
+
+    /// Refuses a tube that points of surfaces cannot tell of, or that is too deep for a way out; the widest gap between points else, mm,
+    /// where `gaps` are looked at.
+    pub(super) fn watch(&self, tube: &Tube, a: &[f64], v: &[f64], gaps: bool) -> Result<f64, Refused> {
+        let (seen, around) = (self.seen(tube, a, v, gaps), self.around(tube));
+        let most = |number: usize| DEEPEST_PART * around.rigid(number).radius();
+        let each = || {
+            seen.each
+                .iter()
+                .enumerate()
+                .map(|(number, found)| (most(number), found))
+        };
+        if let Some((most, &(depth, _))) = each().find(|(most, (depth, _))| depth > most) {
+            return Err(Refused::TooDeep { depth, most });
         }
-        Ok(())
+        if seen.unprepared > self.settings.depth {
+            return Err(Refused::OutOfReach { depth: seen.unprepared });
+        }
+        match each().find(|(most, (_, gap))| gap > most) {
+            Some((most, &(_, gap))) => Err(Refused::TooCoarse { gap, most }),
+            None => Ok(widest(&seen)),
+        }
     }
 
     /// Refuses a state in which tissue is in the tube or bone though its surface is not: that has come through between points, which press
-    /// on it no more.
-    pub(super) fn look_inside(&self, tube: &Tube, a: &[f64]) -> Result<(), Refused> {
+    /// on it no more. The deepest that a point inside is else, mm.
+    pub(super) fn look_inside(&self, tube: &Tube, a: &[f64]) -> Result<f64, Refused> {
         let around = self.around(tube);
-        (0..=self.bones.len()).try_for_each(|number| {
+        (0..=self.bones.len()).try_fold(0.0_f64, |deepest, number| {
             let depth = self.others.inside(&self.system, a, &around, number);
             let most = MOST_INSIDE * DEEPEST_PART * around.rigid(number).radius();
             match depth > most {
                 true => Err(Refused::Through { depth, most }),
-                false => Ok(()),
+                false => Ok(deepest.max(depth)),
             }
         })
+    }
+
+    /// Whether solids are certainly not turned inside out near the tube, between the points of elements neither.
+    pub(super) fn is_upright(&self) -> bool {
+        let (bodies, tube) = (&self.system.bodies, &self.now.tube);
+        // What is no number is deeper than any: nothing is proved there.
+        let near = |at: &Vector3<f64>, side: f64| depth_or_all(-tube.signed_distance(at).value) >= -NEAR_SIDES * side;
+        (0..bodies.len()).all(|body| bodies.solid(body).is_upright(bodies.part(body, &self.now.a), &near))
     }
 
     /// The work of the tube on its way from one pose to where it is, by the mean of its forces.

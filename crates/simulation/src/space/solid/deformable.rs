@@ -192,6 +192,16 @@ impl Solid for Deformable {
         inner.collect()
     }
 
+    fn is_upright(&self, a: &[f64], near: &dyn Fn(&Vector3<f64>, f64) -> bool) -> bool {
+        let mut cubes = self.mesh.cubes().iter().enumerate();
+        cubes.all(|(number, cell)| {
+            let side = self.mesh.grid().length(cell.span);
+            // Of cut cubes what is outside need not be upright, and no depth would prove it.
+            !near(&self.mesh.middle(number, a), side)
+                || determinant::is_positive(&self.mesh.nodal(number, a), side, NEAR, CUT_DEPTH)
+        })
+    }
+
     fn stretch(&self, a: &[f64], point: usize) -> f64 {
         let point = &self.mesh.surface[point];
         let along = point.normal.cross(&Vector3::ith(point.normal.iamin(), 1.0));

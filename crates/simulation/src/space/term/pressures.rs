@@ -141,6 +141,6 @@ impl Pressures {
 }
 
 /// A depth; one that is no number is deeper than any.
-pub(super) fn depth_or_all(depth: f64) -> f64 {
+pub(in crate::space) fn depth_or_all(depth: f64) -> f64 {
     if depth.is_nan() { f64::INFINITY } else { depth }
 }

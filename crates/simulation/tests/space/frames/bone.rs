@@ -22,34 +22,39 @@ const YOUNG: f64 = 5e-3;
 
 /// A layer whose sides are held softly, a millimetre over a ball of bone.
 fn layer() -> System {
+    layer_on(|_, n| n.z < -0.5, 0.0, 5e-5)
+}
+
+/// The same with contact with the bone at these points only, of this weight by volume, held so softly.
+pub(super) fn layer_on(touches: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool, weight: f64, spring: f64) -> System {
     let corners = [Vector3::new(-HALF, -HALF, 0.0), Vector3::new(HALF, HALF, HEIGHT)];
     let mesh = Mesh::new(&below(1e3), corners, &Cells::of_side(10.0), &|_, _| false).unwrap();
     let material = Material::new(Law::NeoHookean, YOUNG, 0.45).unwrap();
     let mut system = System::new();
-    system.add(Deformable::new(mesh, material, Vector3::zeros()).unwrap());
-    let side = |_: &Vector3<f64>, n: &Vector3<f64>| if n.z.abs() < 0.5 { 5e-5 } else { 0.0 };
+    system.add(Deformable::new(mesh, material, Vector3::new(0.0, 0.0, -weight)).unwrap());
+    let side = move |_: &Vector3<f64>, n: &Vector3<f64>| if n.z.abs() < 0.5 { spring } else { 0.0 };
     let springs = Springs::new(&system.bodies, 0, side, |x| *x);
     system.others.push(Box::new(springs));
     let ball = Ball {
         centre: Vector3::new(0.0, 0.0, -41.0),
         radius: 40.0,
     };
-    let contact = ObstacleContact::new(&system.bodies, 0, surface(ball, 15.0), 0.01, |_, n| n.z < -0.5);
+    let contact = ObstacleContact::new(&system.bodies, 0, surface(ball, 15.0), 0.01, touches);
     system.obstacles.push(contact.unwrap());
     system
 }
 
 /// The tube, a little aside, with its tip so deep below the top of the layer where that was at first.
-fn pose(depth: f64) -> Isometry3<f64> {
+pub(super) fn pose(depth: f64) -> Isometry3<f64> {
     Isometry3::translation(3.0, -2.0, HEIGHT - depth + RADIUS)
 }
 
-fn tube() -> Tube {
+pub(super) fn tube() -> Tube {
     let tube = Tube::straight(Point3::origin(), Vector3::z(), 200.0, RADIUS).unwrap();
     tube.at(pose(0.0)).unwrap()
 }
 
-fn on_top(_: &Vector3<f64>, n: &Vector3<f64>) -> bool {
+pub(super) fn on_top(_: &Vector3<f64>, n: &Vector3<f64>) -> bool {
     n.z > 0.5
 }
 

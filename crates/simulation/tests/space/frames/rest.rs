@@ -7,7 +7,11 @@ use crate::block::{frames, pose};
 
 #[test]
 fn tissue_that_is_left_lies_as_before_to_the_bit_and_only_where_the_tube_touches_none_of_it() {
+<<<<<<< HEAD
     let mut all = frames(COARSE, 0.3, 25.0, Settings::default());
+=======
+    let mut all = frames(COARSE, 0.3, 40.0, Settings::default());
+>>>>>>> 5a78eb1eaf7e6189cccaaa8e1f55d90ee416a0ca
     let (start, factor) = (all.state().to_vec(), 1);
     assert!(all.is_free());
     // 20 mm above the block, far beyond a walk of some radii.
