@@ -48,6 +48,12 @@ pub(super) fn between(model: &Model, a: &[f64]) -> Between {
             if away > 2.0 * reach * solid.stretch(part, point).max(1.0) {
                 continue;
             }
+            if -away > deepest.depth {
+                deepest = Between {
+                    depth: -away,
+                    at: surface.at,
+                };
+            }
             for at in rings(body, surface, reach) {
                 let Some(row) = body.mesh.row(&at) else { continue };
                 let depth = -tube.signed_distance(&(at + displacement(&row, part))).value;
