@@ -26,6 +26,8 @@ pub struct Deformable {
     extent: f64,
     /// Side of the largest cube.
     side: f64,
+    /// Of each cube whether the surface leaves it alone.
+    whole: Vec<bool>,
 }
 
 impl Deformable {
@@ -52,6 +54,7 @@ impl Deformable {
                 .cells()
                 .map(|c| mesh.grid().length(c.span))
                 .fold(0.0, f64::max),
+            whole: mesh.whole_cubes(),
             mesh,
             material,
         })
@@ -196,8 +199,9 @@ impl Solid for Deformable {
         let mut cubes = self.mesh.cubes().iter().enumerate();
         cubes.all(|(number, cell)| {
             let side = self.mesh.grid().length(cell.span);
-            // Of cut cubes what is outside need not be upright, and no depth would prove it.
-            !near(&self.mesh.middle(number, a), side)
+            // What of a cut cube is outside need not be upright, and often is not: hardly any material holds it. There points stand alone.
+            !self.whole[number]
+                || !near(&self.mesh.middle(number, a), side)
                 || determinant::is_positive(&self.mesh.nodal(number, a), side, NEAR, CUT_DEPTH)
         })
     }
