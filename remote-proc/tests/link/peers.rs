@@ -105,8 +105,16 @@ fn from_a_trusted_peer_that_is_no_sender_a_receiver_takes_nothing() {
             impostor.put(key, "forged").wait().unwrap();
         }
         let after = ask(&receiver, "trocar/1/clock");
-        let heard = subscriber.drain().count();
         let wanted = (if is_heard { KEYS.len() } else { 0 }, usize::from(is_heard));
+        let mut heard = subscriber.drain().count();
+        // On a busy machine what was put may come behind the replies all the same.
+        for _ in 0..200 {
+            if heard >= wanted.0 {
+                break;
+            }
+            std::thread::sleep(std::time::Duration::from_millis(50));
+            heard += subscriber.drain().count();
+        }
         assert_eq!((heard, before.len()), wanted, "{name}: {before:?} {after:?}");
     }
 }
