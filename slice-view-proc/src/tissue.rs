@@ -10,7 +10,7 @@ use bus::message::{
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
 use bus::{Bus, BusError};
-use geometry::{Ct, Model, Rigid};
+use geometry::{Ct, Model, Point, Rigid};
 
 use crate::warp::{Cube, NoShape, Organ, Region, Shape};
 
@@ -124,6 +124,12 @@ impl Shapes {
 }
 
 impl Moved<'_> {
+    /// Whether a place of the patient is in an organ that is shown moved, at rest.
+    pub fn holds(&self, place: Point<Ct>) -> bool {
+        let own = (self.shapes.ct_from_model.inverse() * place).mm();
+        self.shapes.organs.iter().any(|shape| shape.region().at(own) < 0.0)
+    }
+
     /// The organs with the places of their nodes.
     pub fn organs(&self) -> Vec<Organ<'_>> {
         let mut first = 0;

@@ -28,7 +28,7 @@ pub(super) fn scene(raw: &RawScene) -> Checked<Scene> {
         identity: super::identity::checked(raw.identity.as_ref())?,
         render: raw.render,
         recording: super::recording::checked(raw.recording.as_ref())?,
-        tissue: super::tissue::checked(raw.tissue.as_ref())?,
+        tissue: super::tissue::checked(raw.tissue.as_ref(), raw.limits.stale_ms)?,
         gateway: super::gateway::checked(raw.gateway.as_ref())?,
         pacs: super::pacs::checked(raw.pacs.as_ref())?,
         limits: limits(&raw.limits)?,

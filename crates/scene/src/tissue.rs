@@ -61,11 +61,12 @@ pub struct TissueSpec {
     pub piece_mm: f64,
 }
 
-pub(super) fn checked(raw: Option<&RawTissue>) -> Checked<Option<TissueSpec>> {
-    raw.map(spec).transpose()
+/// `stale_ms` is the age at which an image says that its pose is old.
+pub(super) fn checked(raw: Option<&RawTissue>, stale_ms: f64) -> Checked<Option<TissueSpec>> {
+    raw.map(|raw| spec(raw, stale_ms)).transpose()
 }
 
-fn spec(raw: &RawTissue) -> Checked<TissueSpec> {
+fn spec(raw: &RawTissue, stale_ms: f64) -> Checked<TissueSpec> {
     let Some(organs) = &raw.organs else {
         let allowed = "the path of a scene of organs in space, as `simulate run` takes it";
         return Err(invalid("tissue", "no key organs", allowed));
@@ -76,7 +77,13 @@ fn spec(raw: &RawTissue) -> Checked<TissueSpec> {
     if raw.delay > 1000 {
         return Err(invalid("tissue.delay", raw.delay, "0 to 1000 states"));
     }
-    let late_ms = number("tissue.late_ms", raw.late_ms, 1.0..=10_000.0, "ms")?;
+    // An image that waited for longer would be of an old pose each time.
+    let late_ms = number(
+        "tissue.late_ms",
+        raw.late_ms,
+        1.0..=stale_ms,
+        "ms, at most limits.stale_ms",
+    )?;
     Ok(TissueSpec {
         organs: PathBuf::from(organs),
         tolerance: number(
@@ -121,6 +128,10 @@ mod tests {
             ("organs = \"k\"\nlate_ms = -1.0", "key tissue.late_ms: found -1"),
             ("organs = \"k\"\npiece_mm = inf", "key tissue.piece_mm: found inf"),
             ("organs = \"k\"\ndelay = 2000", "key tissue.delay: found 2000"),
+            (
+                "organs = \"k\"\nlate_ms = 101.0",
+                "allowed: 1 to 100 ms, at most limits.stale_ms",
+            ),
             ("organ = \"k\"", "unknown field `organ`"),
         ] {
             let error = parsed(&format!("[tissue]\n{keys}")).unwrap_err();

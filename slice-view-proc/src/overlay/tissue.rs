@@ -35,6 +35,15 @@ impl Overlay<'_> {
         }
     }
 
+    /// Whether a target that is drawn lies in an organ that is shown moved: it is where it was, and so is its distance.
+    fn has_target_inside(&self) -> bool {
+        let chosen = self.chosen.map(|chosen| chosen.centre);
+        let mut places = self.targets.iter().map(|target| target.centre).chain(chosen);
+        self.tissue
+            .moved
+            .is_some_and(|moved| places.any(|place| moved.holds(place)))
+    }
+
     /// What a person must be told of the tissue.
     pub(super) fn tissue_alarm(&self) -> Option<String> {
         // Of a pose that is none nothing is claimed, and who asked for a plane knows that it follows nothing.
@@ -46,8 +55,9 @@ impl Overlay<'_> {
             return Some("ORGANS AT REST".to_owned());
         }
         Some(match self.tissue.shown {
+            TissueShown::Settled if self.has_target_inside() => "TARGETS IN THE ORGAN ARE SHOWN AT REST".to_owned(),
             TissueShown::None | TissueShown::Settled => return None,
-            TissueShown::Approximate => "MODEL NOT SETTLED".to_owned(),
+            TissueShown::Approximate => "MODEL NOT SETTLED, TARGETS AT REST".to_owned(),
             TissueShown::Late => match self.tissue.late_ns {
                 Some(late) => format!("TISSUE LATE {:.0}\u{a0}ms: ORGANS AT REST", clock::ms(late)),
                 None => "NO TISSUE OF THIS POSE: ORGANS AT REST".to_owned(),
