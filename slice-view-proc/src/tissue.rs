@@ -5,7 +5,7 @@
 use std::collections::VecDeque;
 
 use bus::message::{
-    TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState,
+    TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState, ToolPose,
 };
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
@@ -31,6 +31,14 @@ pub struct Tissues<'a> {
 }
 
 impl Tissues<'_> {
+    /// Organs that cannot be drawn where a state has them.
+    pub(crate) fn refused() -> Self {
+        Self {
+            shown: TissueShown::Refused,
+            ..Self::default()
+        }
+    }
+
     /// Organs as the examination has them, in a scene where they move.
     pub fn rigid() -> Self {
         Self {
@@ -223,19 +231,22 @@ impl Tissue {
         Ok(why.filter(|_| self.refused == 1))
     }
 
-    /// Whether the pose of this number and registration is answered.
-    pub(crate) fn has(&self, seq: u64, registration_id: u64) -> bool {
-        self.of(seq, registration_id).is_some()
+    /// Whether a pose is answered.
+    pub(crate) fn has(&self, pose: &ToolPose) -> bool {
+        self.of(pose).is_some()
     }
 
-    fn of(&self, seq: u64, registration_id: u64) -> Option<&Kept> {
-        let is_of = |kept: &&Kept| kept.header.pose_seq == seq && kept.header.registration_id == registration_id;
+    /// A number alone may come again: a source that counts anew has the moment to tell them by.
+    fn of(&self, pose: &ToolPose) -> Option<&Kept> {
+        let of = |header: &TissueHeader| (header.pose_seq, header.registration_id, header.t_capture_ns);
+        let pose = (pose.seq, pose.registration_id, pose.t_capture_ns);
+        let is_of = |kept: &&Kept| of(&kept.header) == pose;
         self.kept.iter().find(is_of)
     }
 
     /// What an image of a pose shows.
-    pub(crate) fn shown(&self, seq: u64, registration_id: u64, late_ns: Option<i64>) -> Tissues<'_> {
-        let (Some(kept), Some(shapes)) = (self.of(seq, registration_id), &self.shapes) else {
+    pub(crate) fn shown(&self, pose: &ToolPose, late_ns: Option<i64>) -> Tissues<'_> {
+        let (Some(kept), Some(shapes)) = (self.of(pose), &self.shapes) else {
             return Tissues {
                 shown: TissueShown::Late,
                 late_ns,

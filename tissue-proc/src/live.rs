@@ -29,6 +29,8 @@ pub(crate) struct Live {
     ct_from_model: Rigid<Ct, Model>,
     /// From the tool's frame, whose origin is the foremost point, to the middle of the round tip, mm along z.
     radius: f64,
+    /// Nobody knows how the tube came to where it is in tissue, or whether it does: until it is seen where it touches none.
+    unseen: bool,
 }
 
 /// The scene's tube in a frame of its own: the middle of its round tip is the origin, and the handle is along -z.
@@ -56,6 +58,7 @@ impl Live {
             frames,
             ct_from_model,
             radius,
+            unseen: true,
         }
     }
 
@@ -72,14 +75,15 @@ impl Live {
     pub(crate) fn answer(&mut self, ct_from_tool: Rigid<Ct, Tool>) -> Answer {
         let pose = self.pose(ct_from_tool);
         let way = self.frames.way_to(&pose);
-        // Not where the tube presses: it may have pushed the organ along to beyond its own place.
-        let unknown = way > MOST_WALKED_MM;
-        if (unknown || self.frames.is_free())
-            && let Some(frame) = self.frames.rest(&pose)
-        {
+        self.unseen |= way > MOST_WALKED_MM;
+        // Where the tube presses, or pressed when it was last seen, it may have pushed the organ along to beyond its own place: there the organ
+        // is at rest only if the tube has left it as it is now, too.
+        let may_rest = self.frames.is_free() || (self.unseen && self.frames.is_clear_now(&pose));
+        if may_rest && let Some(frame) = self.frames.rest(&pose) {
+            self.unseen = false;
             return Answer::State(frame);
         }
-        if unknown {
+        if self.unseen {
             return Answer::Unseen { way };
         }
         let frame = self.frames.frame(&pose);

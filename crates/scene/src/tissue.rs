@@ -36,7 +36,7 @@ impl Default for RawTissue {
             most_steps: 12,
             refresh_mm: 1.0,
             delay: 2,
-            late_ms: 100.0,
+            late_ms: 50.0,
             piece_mm: 3.0,
         }
     }
@@ -77,13 +77,9 @@ fn spec(raw: &RawTissue, stale_ms: f64) -> Checked<TissueSpec> {
     if raw.delay > 1000 {
         return Err(invalid("tissue.delay", raw.delay, "0 to 1000 states"));
     }
-    // An image that waited for longer would be of an old pose each time.
-    let late_ms = number(
-        "tissue.late_ms",
-        raw.late_ms,
-        1.0..=stale_ms,
-        "ms, at most limits.stale_ms",
-    )?;
+    // An image stands until the next, which may wait as long: together no longer than poses are young.
+    let allowed = "ms, at most half of limits.stale_ms";
+    let late_ms = number("tissue.late_ms", raw.late_ms, 1.0..=0.5 * stale_ms, allowed)?;
     Ok(TissueSpec {
         organs: PathBuf::from(organs),
         tolerance: number(
@@ -129,8 +125,8 @@ mod tests {
             ("organs = \"k\"\npiece_mm = inf", "key tissue.piece_mm: found inf"),
             ("organs = \"k\"\ndelay = 2000", "key tissue.delay: found 2000"),
             (
-                "organs = \"k\"\nlate_ms = 101.0",
-                "allowed: 1 to 100 ms, at most limits.stale_ms",
+                "organs = \"k\"\nlate_ms = 51.0",
+                "allowed: 1 to 50 ms, at most half of limits.stale_ms",
             ),
             ("organ = \"k\"", "unknown field `organ`"),
         ] {

@@ -4,7 +4,7 @@ use bus::clock;
 use bus::message::TissueShown;
 use picture::{Canvas, Line, palette};
 
-use super::{Notice, Overlay};
+use super::Overlay;
 
 /// The inner line of the double frame, from the image's rim, and how wide both are; pixels of 512.
 const INSET: f64 = 11.0;
@@ -46,10 +46,6 @@ impl Overlay<'_> {
 
     /// What a person must be told of the tissue.
     pub(super) fn tissue_alarm(&self) -> Option<String> {
-        // Of a pose that is none nothing is claimed, and who asked for a plane knows that it follows nothing.
-        if matches!(self.notice, Notice::Lost(..) | Notice::Look) {
-            return None;
-        }
         let is_known = self.tissue.shown != TissueShown::None;
         if self.is_surface() && is_known {
             return Some("ORGANS AT REST".to_owned());

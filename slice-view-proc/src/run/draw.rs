@@ -12,7 +12,7 @@ use super::{RunError, SliceView};
 use crate::accuracy::Accuracy;
 use crate::output::Output;
 use crate::overlay::Notice;
-use crate::render::Rendered;
+use crate::render::{RenderError, Rendered};
 use crate::reslice::Resampler;
 use crate::tissue::Tissues;
 
@@ -138,7 +138,14 @@ impl SliceView {
                     false => &mut self.resampler,
                 };
                 output.renderer.show(&images);
-                output.renderer.render(&what, scene, resampler)?;
+                match output.renderer.render(&what, scene, resampler) {
+                    // Of the examination there is an image all the same.
+                    Err(RenderError::Organs(_) | RenderError::Model(_)) => {
+                        what.tissue = Tissues::refused();
+                        output.renderer.render(&what, scene, resampler)?;
+                    }
+                    drawn => drop(drawn?),
+                }
                 let stamp = stamped(stamp_of(sample, &what), self.tissue.as_ref(), &what.tissue);
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,

@@ -15,7 +15,9 @@ use crate::tissue::{States, Tissue, Tissues};
 /// # Errors
 /// [`BusError::Open`].
 pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, BusError> {
-    let spec = process.scene.tissue.as_ref().filter(|_| plane != Plane::Surface);
+    // What is replayed or simulated comes out the same each time: states come when they come.
+    let follows = plane != Plane::Surface && !process.session.is_ruled();
+    let spec = process.scene.tissue.as_ref().filter(|_| follows);
     let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
     spec.map(open).transpose()
 }
@@ -55,13 +57,13 @@ impl SliceView {
         let now_ns = self.process.session.clock().now_ns();
         let tissue = self.tissue.as_mut()?;
         let newest = self.pending.len().checked_sub(1)?;
-        let has = |(sample, _): &(ToolPose, _)| tissue.has(sample.seq, sample.registration_id);
+        let has = |(sample, _): &(ToolPose, _)| tissue.has(sample);
         if let Some(place) = self.pending.iter().rposition(has) {
             return Some(place);
         }
-        // How old the image is that is shown: where none is live the newest pose does not wait.
-        let shown = self.outputs.iter().filter_map(|output| output.live_from_ns).max();
-        let is_late = shown.is_none_or(|from| now_ns.saturating_sub(from) > tissue.late_ns);
+        // By the pose that waits longest: what is shown may be old because poses are rare.
+        let is_late = |(sample, _): &(ToolPose, _)| now_ns.saturating_sub(sample.t_capture_ns) > tissue.late_ns;
+        let is_late = self.pending.front().is_some_and(is_late);
         tissue.behind |= is_late;
         tissue.behind.then_some(newest)
     }
@@ -81,10 +83,10 @@ pub(super) fn shown<'a>(
     };
     match notice {
         Notice::Lost(..) | Notice::Look => Tissues::rigid(),
-        Notice::Requested => tissue.shown(sample.seq, sample.registration_id, None),
+        Notice::Requested => tissue.shown(sample, None),
         Notice::Live | Notice::Stale(_) => {
             let late_ns = now_ns.saturating_sub(sample.t_capture_ns);
-            tissue.shown(sample.seq, sample.registration_id, Some(late_ns))
+            tissue.shown(sample, Some(late_ns))
         }
     }
 }

@@ -19,30 +19,34 @@ impl Frames {
         self.tube().way_to(pose)
     }
 
-    /// The tube at a pose at which it touches no surface of the state at the start, and no solid holds it whole; `None` where it does, or the
-    /// pose is none.
-    fn clear(&self, pose: &Isometry3<f64>) -> Option<Tube> {
+    /// The tube at a pose at which it touches no surface of a state, and no solid holds it whole; `None` where it does, or the pose is none.
+    fn clear(&self, pose: &Isometry3<f64>, a: &[f64]) -> Option<Tube> {
         let tube = self.now.tube.at(*pose).ok()?;
         let bodies = &self.system.bodies;
         let touches = (0..bodies.len()).any(|body| {
-            let (solid, part) = (bodies.solid(body), bodies.part(body, &self.begun.a));
+            let (solid, part) = (bodies.solid(body), bodies.part(body, a));
             (0..solid.points()).any(|point| tube.signed_distance(&solid.point(part, point)).value <= 0.0)
         });
         // Between its points it may be in a surface, or it is inside altogether.
-        let inside = || self.look_inside(&tube, &self.begun.a).is_err();
+        let inside = || self.look_inside(&tube, a).is_err();
         (!touches && !inside()).then_some(tube)
     }
 
     /// Whether a tube at a pose would touch nothing of the state at the start.
     pub fn is_clear(&self, pose: &Isometry3<f64>) -> bool {
-        self.clear(pose).is_some()
+        self.clear(pose, &self.begun.a).is_some()
+    }
+
+    /// Whether a tube at a pose would touch nothing of the state of the last frame.
+    pub fn is_clear_now(&self, pose: &Isometry3<f64>) -> bool {
+        self.clear(pose, &self.now.a).is_some()
     }
 
     /// Puts the tube to a pose without a way there, and the tissue to where it was at the start; `None`, and nothing is changed, where the tube
     /// would touch it there. That is the state of tissue that was never touched: where the tube has pushed it along to beyond its own
     /// place it is not, so ask for it where the tube is free, or where nobody knows how it came there.
     pub fn rest(&mut self, pose: &Isometry3<f64>) -> Option<Frame> {
-        let tube = self.clear(pose)?;
+        let tube = self.clear(pose, &self.begun.a)?;
         self.frame += 1;
         if self.factors.take_up(self.frame) {
             self.ways[0] = self.ways[1];
