@@ -75,7 +75,7 @@ pub trait Resampler {
     ) -> Result<(), ResliceError>;
 
     /// Samples the volume at `places`, mm in the CT's frame, one value to each: single points, neither means over areas nor slabs;
-    /// outside the volume the padding. Back ends that draw planes alone refuse it.
+    /// outside the volume the padding.
     ///
     /// # Errors
     /// [`ResliceError`].
@@ -83,16 +83,19 @@ pub trait Resampler {
         &mut self,
         _volume: &VolumeView<'_>,
         _places: &[[f32; 3]],
-        filter: Filter,
+        _filter: Filter,
         _hu: &mut [f32],
     ) -> Result<(), ResliceError> {
-        Err(ResliceError::NotPrepared(filter))
+        Err(ResliceError::PlanesOnly)
     }
 }
 
 /// Why a plane was not sampled.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ResliceError {
+    /// This back end samples planes, and no single places.
+    #[error("this back end samples planes, not single places")]
+    PlanesOnly,
     /// This filter needs [`Resampler::prepare`] first, for this volume.
     #[error("the {} filter was not prepared for this volume", .0.name())]
     NotPrepared(Filter),

@@ -24,7 +24,7 @@ pub struct Tissues<'a> {
     pub shown: TissueShown,
     /// Where the organs are, where they are shown moved.
     pub moved: Option<Moved<'a>>,
-    /// How long there has been no state in time, ns; `None` where that says nothing.
+    /// How old the pose of the last state is, ns; `None` where there was none, or that says nothing.
     pub late_ns: Option<i64>,
     /// The state's number; 0 without.
     pub seq: u64,
@@ -244,12 +244,13 @@ impl Tissue {
         self.kept.iter().find(is_of)
     }
 
-    /// What an image of a pose shows.
-    pub(crate) fn shown(&self, pose: &ToolPose, late_ns: Option<i64>) -> Tissues<'_> {
+    /// What an image of a pose shows; `now_ns` where it claims the present.
+    pub(crate) fn shown(&self, pose: &ToolPose, now_ns: Option<i64>) -> Tissues<'_> {
         let (Some(kept), Some(shapes)) = (self.of(pose), &self.shapes) else {
+            let last_ns = self.kept.front().map(|kept| kept.header.t_capture_ns);
             return Tissues {
                 shown: TissueShown::Late,
-                late_ns,
+                late_ns: now_ns.zip(last_ns).map(|(now, last)| now.saturating_sub(last)),
                 ..Tissues::default()
             };
         };
@@ -290,3 +291,6 @@ fn kept(header: &TissueHeader, values: &[f32], shapes: &Shapes) -> Result<Kept, 
         places: header.places(values, (&shapes.mesh_id, nodes))?.to_vec(),
     })
 }
+
+#[cfg(test)]
+mod tests;

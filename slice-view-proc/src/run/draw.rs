@@ -128,10 +128,10 @@ impl SliceView {
             // An image that claims to be live must be handed over while its pose is young. A machine that was held up
             // in between draws it again, with its age.
             let began_ns = clock.now_ns();
-            let view = output.renderer.view().clone();
+            let is_slab = output.renderer.view().sampling.slab.is_some();
             loop {
                 let shows = (sample, what.notice, clock.now_ns());
-                what.tissue = shown(self.tissue.as_ref(), (scene, &view), shows);
+                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab), shows);
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {
                     true => self.resampler.exact(),

@@ -4,7 +4,7 @@ use bus::BusError;
 use bus::clock;
 use bus::message::{FrameStamp, ToolPose, Tracked};
 use bus::process::Process;
-use scene::{Plane, Scene, View};
+use scene::{Plane, Scene};
 
 use super::{RunError, SliceView};
 use crate::overlay::Notice;
@@ -72,22 +72,19 @@ impl SliceView {
 /// What an image shows of the tissue; nothing is said where the scene moves none. Through a slab organs are not followed.
 pub(super) fn shown<'a>(
     tissue: Option<&'a Tissue>,
-    (scene, view): (&Scene, &View),
+    (scene, is_slab): (&Scene, bool),
     (sample, notice, now_ns): (&ToolPose, Notice, i64),
 ) -> Tissues<'a> {
     if scene.tissue.is_none() {
         return Tissues::default();
     }
-    let Some(tissue) = tissue.filter(|_| view.sampling.slab.is_none()) else {
+    let Some(tissue) = tissue.filter(|_| !is_slab) else {
         return Tissues::rigid();
     };
     match notice {
         Notice::Lost(..) | Notice::Look => Tissues::rigid(),
         Notice::Requested => tissue.shown(sample, None),
-        Notice::Live | Notice::Stale(_) => {
-            let late_ns = now_ns.saturating_sub(sample.t_capture_ns);
-            tissue.shown(sample, Some(late_ns))
-        }
+        Notice::Live | Notice::Stale(_) => tissue.shown(sample, Some(now_ns)),
     }
 }
 

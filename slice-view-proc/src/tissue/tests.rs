@@ -1,0 +1,132 @@
+//! States over a real bus: which pose they are taken for, and what is refused.
+
+use bus::clock::monotonic_ns;
+use bus::message::MeshOrgan;
+use bus::port::HeadedPublisher;
+use bus::run::RunContext;
+
+use super::*;
+
+const HASH: [u8; 32] = [7; 32];
+
+/// One cube of 27 nodes, wholly organ.
+fn mesh(name: &str, volume_hash: [u8; 32]) -> (TissueMeshHeader, Vec<u8>) {
+    let organ = MeshOrgan {
+        name: name.to_owned(),
+        nodes: 27,
+        cubes: vec![bus::message::MeshCube {
+            low: [0.0; 3],
+            side: 10.0,
+            nodes: std::array::from_fn(|k| k as u32),
+        }],
+        region_origin: [0.0; 3],
+        region_step_mm: 10.0,
+        region_dims: [2; 3],
+        region: vec![-1.0; 8],
+    };
+    let mesh = TissueMesh {
+        ct_from_model: Rigid::identity(),
+        volume_hash,
+        organs: vec![organ],
+    };
+    mesh.write()
+}
+
+fn pose() -> ToolPose {
+    ToolPose {
+        seq: 5,
+        t_capture_ns: 1_000,
+        registration_id: 9,
+        ..ToolPose::EMPTY
+    }
+}
+
+fn state(mesh_id: [u8; 32]) -> TissueHeader {
+    TissueHeader {
+        seq: 3,
+        pose_seq: 5,
+        t_capture_ns: 1_000,
+        registration_id: 9,
+        mesh_id,
+        state: TissueState::Settled.code(),
+        ..TissueHeader::default()
+    }
+}
+
+#[test]
+fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
+    let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+    let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+    let bus = Bus::join(&run).unwrap();
+    let meshes = HeadedPublisher::<TissueMeshHeader, u8>::open(&bus, &TISSUE_MESH, 4096).unwrap();
+    let sent = HeadedPublisher::<TissueHeader, f32>::open(&bus, &TISSUE, 81).unwrap();
+    let states = states(&bus).unwrap();
+    let mut tissue = Tissue::open(&bus, 5.0, 50_000_000).unwrap();
+    let listen = |tissue: &mut Tissue| tissue.listen(&states, &HASH, 2_000).unwrap();
+    // Before there is any: nothing is said of how late.
+    assert_eq!(tissue.shown(&pose(), Some(9_000)).late_ns, None);
+
+    let (header, bytes) = mesh("kidney", HASH);
+    meshes.send(header, &bytes).unwrap();
+    sent.send(state(header.mesh_id), &[1.0; 81]).unwrap();
+    assert_eq!(listen(&mut tissue), None);
+    let shown = tissue.shown(&pose(), Some(9_000));
+    assert_eq!((shown.shown, shown.seq), (TissueShown::Settled, 3));
+    assert_eq!(shown.moved.unwrap().organs()[0].places, [[1.0; 3]; 27]);
+    // Of a source that counts anew, of another registration, of another number: none of them.
+    for other in [
+        ToolPose {
+            t_capture_ns: 1_001,
+            ..pose()
+        },
+        ToolPose {
+            registration_id: 8,
+            ..pose()
+        },
+        ToolPose { seq: 6, ..pose() },
+    ] {
+        let shown = tissue.shown(&other, Some(9_000));
+        assert!(shown.shown == TissueShown::Late && shown.moved.is_none() && !tissue.has(&other));
+        // The last state is of a pose 8 us old, whatever the age of the one that is shown.
+        assert_eq!(shown.late_ns, Some(8_000));
+    }
+
+    // What is no state, or of another mesh, is refused and takes nothing's place.
+    let mut bad = [1.0; 81];
+    bad[7] = f32::NAN;
+    sent.send(
+        TissueHeader {
+            pose_seq: 6,
+            ..state(header.mesh_id)
+        },
+        &bad,
+    )
+    .unwrap();
+    assert!(matches!(
+        listen(&mut tissue),
+        Some(NoTissue::State(TissueError::Place { at: 7, .. }))
+    ));
+    sent.send(
+        TissueHeader {
+            pose_seq: 6,
+            ..state([1; 32])
+        },
+        &[1.0; 81],
+    )
+    .unwrap();
+    listen(&mut tissue);
+    assert_eq!(tissue.refused, 2);
+    assert!(!tissue.has(&ToolPose { seq: 6, ..pose() }) && tissue.has(&pose()));
+
+    // Organs of another examination change nothing; another mesh takes the old one's states with it.
+    let (foreign, bytes) = mesh("kidney", [8; 32]);
+    meshes.send(foreign, &bytes).unwrap();
+    listen(&mut tissue);
+    assert!(tissue.refused == 3 && tissue.has(&pose()));
+    let (again, bytes) = mesh("spleen", HASH);
+    meshes.send(again, &bytes).unwrap();
+    listen(&mut tissue);
+    assert!(!tissue.has(&pose()) && tissue.mesh().to_be_bytes()[..] == again.mesh_id[..8]);
+    drop((states, tissue, meshes, sent, bus));
+    run.sweep();
+}
