@@ -106,6 +106,8 @@ struct SliceView {
     load_labels: LoadLabels,
     /// Organs that the tube moves, where the scene has any.
     tissue: Option<Tissue>,
+    /// Where time waits for the state of a pose.
+    awaited: Option<tissue::Awaited>,
 }
 
 /// Gives the surface views their anatomy: made once for all that have the same bone.
@@ -183,6 +185,7 @@ impl SliceView {
             guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
             chosens: Chosens::default(),
             tissue: tissue::open(&process, plane)?,
+            awaited: None,
             resampler: Chosen::new(render),
             process,
             outputs,
@@ -220,7 +223,7 @@ impl SliceView {
             return Ok(ControlFlow::Continue(()));
         }
         match self.process.session.is_ruled() {
-            true => self.follow_ruled(&inlets.poses)?,
+            true => self.follow_ruled(inlets)?,
             false => self.follow(&inlets.poses)?,
         }
         self.outputs.iter().for_each(Output::serve_late_joiners);

@@ -13,7 +13,7 @@ use crate::edit::recover::put;
 use crate::read::damage::OpenError;
 use crate::read::info::Info;
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::schema::GUIDE;
+use crate::wire::schema::{GUIDE, TISSUE_MESH};
 use crate::write::file_error::words;
 use crate::write::paths;
 use crate::write::pose_log;
@@ -129,13 +129,13 @@ fn copy(scan: Scan<impl Read>, stretch: Stretch, input: &Path, partial: &Path) -
 fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: &mut Writer<W>) -> McapResult<Info> {
     let mut info = Info::default();
     let mut progress = Progress::new("cutting");
-    // What was chosen before the stretch holds in it; written with the first message of it.
+    // What was chosen before the stretch holds in it, and organs at rest are of all states; written with the first message of it.
     let mut chosen = Vec::new();
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
         match item {
-            Ok(Item::Message(message)) if message.channel.topic == GUIDE => {
+            Ok(Item::Message(message)) if [GUIDE, TISSUE_MESH].contains(&message.channel.topic.as_str()) => {
                 if message.publish_time <= stretch.to_ns {
                     let log_time = message.log_time.clamp(stretch.from_ns, stretch.to_ns);
                     chosen.push(Item::Message(Message { log_time, ..message }));

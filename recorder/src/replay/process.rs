@@ -1,6 +1,7 @@
 //! The replayer's process: reads the recording, drives the transport, publishes.
 
 mod answer;
+mod organs;
 mod outlet;
 mod place;
 
@@ -28,6 +29,7 @@ use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
 use crate::report::basis::Limits;
+use organs::Organs;
 use outlet::{Outlet, UsOutlet};
 
 /// The name of this process on the bus.
@@ -127,6 +129,8 @@ struct Replayer<'a> {
     outlet: Outlet,
     truths: Publisher<ToolPose>,
     images_of_probe: UsOutlet,
+    /// Where the recording says where organs were.
+    organs: Option<Organs>,
     guides: Publisher<Guide>,
     choices: Choices,
     /// What cannot be read of the choices.
@@ -218,7 +222,11 @@ impl<'a> Replayer<'a> {
             Some(delivery) => Tape::with_frames(&options.recording, delivery)?,
             None => Tape::open(&options.recording)?,
         };
-        let found = tape.session().guides()?;
+        let mut found = tape.session().guides()?;
+        let organs = match options.frames {
+            None if process.scene.tissue.is_some() => Organs::open(bus, tape.session(), &mut found.unread)?,
+            _ => None,
+        };
         let images = options.images.as_ref();
         let images = images.map(|(folder, every)| Images::open(bus, &process.scene, folder, *every));
         Ok(Self {
@@ -228,8 +236,9 @@ impl<'a> Replayer<'a> {
             outlet: Outlet::open(bus, options.frames)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             images_of_probe: UsOutlet::default(),
+            organs,
             guides: Publisher::open(bus, &GUIDE, "")?,
-            choices: Choices::new(found.guides),
+            choices: Choices::new(found.messages),
             unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
             timelines: match options.has_timeline {
@@ -293,6 +302,7 @@ impl<'a> Replayer<'a> {
             self.laws.serve_late_joiners();
             self.outlet.serve_late_joiners();
             self.guides.serve_late_joiners();
+            self.organs.iter().for_each(Organs::serve_late_joiners);
             self.tell_timeline()?;
             // Also while no pose comes.
             self.choose(self.transport.law().at(now))?;
@@ -377,6 +387,10 @@ impl<'a> Replayer<'a> {
             self.timing.saw(monotonic_ns().saturating_sub(when));
         }
         self.choose(moment.due_ns())?;
+        // Before its pose: who draws that has it then.
+        if let (Some(organs), Some(state)) = (&mut self.organs, &moment.tissue) {
+            organs.send(state)?;
+        }
         self.outlet.send(&moment)?;
         for truth in &moment.truths {
             self.truths.send(*truth)?;

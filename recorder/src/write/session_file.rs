@@ -38,6 +38,8 @@ pub struct Content {
     pub identity: Option<Identity>,
     /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
     pub guide: Option<(i64, proto::Guide)>,
+    /// The organs at rest that the states of the file are of.
+    pub mesh: Option<proto::TissueMesh>,
 }
 
 impl Content {
@@ -52,6 +54,7 @@ impl Content {
             is_named: false,
             identity: None,
             guide: None,
+            mesh: None,
         }
     }
 }
@@ -121,6 +124,9 @@ impl SessionFile {
             }
             if let Some((now_ns, guide)) = &content.guide {
                 log.put(Entry::Guide(*now_ns, guide))?;
+            }
+            if let Some(mesh) = &content.mesh {
+                log.put(Entry::TissueMesh(mesh))?;
             }
             log.flush()?;
             Ok(log)

@@ -130,7 +130,9 @@ impl SliceView {
             let began_ns = clock.now_ns();
             let is_slab = output.renderer.view().sampling.slab.is_some();
             loop {
-                let shows = (sample, what.notice, clock.now_ns());
+                // A replay has the state of a pose with it, or has none.
+                let now_ns = (!self.process.session.is_ruled()).then(|| clock.now_ns());
+                let shows = (sample, what.notice, now_ns);
                 what.tissue = shown(self.tissue.as_ref(), (scene, is_slab), shows);
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {

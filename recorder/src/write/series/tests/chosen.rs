@@ -16,7 +16,7 @@ fn guide(t_ns: i64, plan_id: u64) -> proto::Guide {
 fn plans(path: &Path) -> Vec<(i64, u64)> {
     let found = Session::open(path).unwrap().guides().unwrap();
     assert!(found.unread.is_empty(), "{:?}", found.unread);
-    found.guides.iter().map(|guide| (guide.t_ns, guide.plan_id)).collect()
+    found.messages.iter().map(|guide| (guide.t_ns, guide.plan_id)).collect()
 }
 
 #[test]

@@ -1,0 +1,89 @@
+//! What is told seldom and holds until it is told again, out of the whole of a recording: what a person chose, organs at rest.
+
+use bus::message::Guide;
+
+use super::Session;
+use crate::read::damage::OpenError;
+use crate::read::reader::{Messages, ReadError, Recorded, decode};
+use crate::read::scan::Item;
+use crate::wire::proto::MeshFrame;
+use crate::wire::schema::{GUIDE, TISSUE_MESH};
+
+/// More guides are not read: a file of nothing else must not fill the memory.
+const MOST_GUIDES: usize = 1 << 16;
+/// Nor are more meshes: a model that is started again publishes its mesh anew.
+const MOST_MESHES: usize = 64;
+
+/// Messages of a topic, in the order of the file, and what could not be read of it, in words.
+#[derive(Debug)]
+pub struct Found<T> {
+    /// What can be read.
+    pub messages: Vec<T>,
+    /// What cannot.
+    pub unread: Vec<String>,
+}
+
+impl Session {
+    /// Every guide of the recording. Where its index can be relied on, only the chunks that hold some are read.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn guides(&self) -> Result<Found<Guide>, OpenError> {
+        self.few(GUIDE, "with what was chosen", MOST_GUIDES)
+    }
+
+    /// The organs at rest that a tube moves, alike.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn meshes(&self) -> Result<Found<MeshFrame>, OpenError> {
+        self.few(TISSUE_MESH, "with organs at rest", MOST_MESHES)
+    }
+
+    fn few<T: Recorded>(&self, topic: &str, with: &str, most: usize) -> Result<Found<T>, OpenError> {
+        let mut found = Found {
+            messages: Vec::new(),
+            unread: Vec::new(),
+        };
+        let Ok(indexed) = self.indexed() else {
+            for message in Messages::<T>::of(self.items_from(0)?, topic, 0) {
+                let is_end = matches!(&message, Err(ReadError::Damage(damage)) if damage.stops);
+                found.take(message, most);
+                if is_end {
+                    break;
+                }
+            }
+            return Ok(found);
+        };
+        for chunk in indexed.chunks_of(topic) {
+            match indexed.items(chunk)? {
+                Some(items) => items.into_iter().for_each(|item| found.item(&item, topic, most)),
+                None => found.unread.push(format!(
+                    "its chunk at byte {}, {with}, cannot be read",
+                    chunk.chunk_start_offset
+                )),
+            }
+        }
+        Ok(found)
+    }
+}
+
+impl<T: Recorded> Found<T> {
+    fn item(&mut self, item: &Item, topic: &str, most: usize) {
+        if let Item::Message(message) = item
+            && message.channel.topic == topic
+        {
+            self.take(decode(message), most);
+        }
+    }
+
+    fn take(&mut self, message: Result<T, ReadError>, most: usize) {
+        match message {
+            Ok(message) if self.messages.len() < most => self.messages.push(message),
+            Ok(_) => {}
+            // Damage elsewhere in the file is told by those who read it there.
+            Err(ReadError::Damage(_)) => {}
+            Err(error) => self.unread.push(error.to_string()),
+        }
+    }
+}
