@@ -175,7 +175,10 @@ impl Run {
             .map(|replay| replay.arguments(&options.out, options.has_window));
         let receiver = options.remote.as_ref().map(Remote::arguments);
         let poses = match (&options.replay, &replayer, &receiver) {
-            (Some(Replay { recompute: Some(_), .. }), Some(arguments), _) => Poses::MadeAgain(arguments),
+            (Some(Replay { recompute: Some(again), .. }), Some(arguments), _) => match again.frames {
+                Some(_) => Poses::MadeAgain(arguments),
+                None => Poses::Answered(arguments),
+            },
             (_, Some(arguments), _) => Poses::Replayed(arguments),
             (_, _, Some(arguments)) => Poses::Remote(arguments),
             _ => Poses::Tracked,

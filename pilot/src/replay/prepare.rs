@@ -84,7 +84,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         Pictured::Every(n) => Some(n),
     };
     // What is left out on the way is told then; poses that are made again leave nothing out.
-    let facts = facts::ask(&recording, args.recompute)?;
+    let facts = facts::ask(&recording, args.recompute || args.recompute_tissue)?;
     let span_ns = span(&facts, &recording, [args.from, args.to])?;
     if !args.force {
         whole(&facts, &recording)?;
@@ -175,9 +175,10 @@ fn scene(
     }
     // The recording says in which examination it was made, and each image whether it is that one.
     source.scene.volume.hash = None;
-    let recompute = match args.recompute {
-        true => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
-        false => {
+    let recompute = match (args.recompute, args.recompute_tissue) {
+        (true, _) => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
+        (_, true) => Some(Recompute::tissue(recording, &mut source.scene)?),
+        _ => {
             source.scene.recording = None;
             None
         }

@@ -62,6 +62,10 @@ pub(crate) enum RecomputeError {
         name: String,
         key: &'static str,
     },
+    #[error(
+        "{0} was recorded in a scene without [tissue]: there are no states that could be made again. `--recompute` makes poses again"
+    )]
+    NoTissue(PathBuf),
     #[error("writing {path} out of the recording: {source}")]
     Write { path: PathBuf, source: io::Error },
 }
@@ -69,8 +73,9 @@ pub(crate) enum RecomputeError {
 /// What poses are made again with.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Recompute {
-    /// What the poses are made of, as the replayer calls it: `emitters` or `markers`.
-    pub(crate) frames: &'static str,
+    /// What the poses are made of, as the replayer calls it: `emitters` or `markers`; `None`: poses are the recorded ones, and a model
+    /// answers them again.
+    pub(crate) frames: Option<&'static str>,
     /// The file of the calibration; `None`: the numbers of the scene.
     pub(crate) calibration: Option<PathBuf>,
     /// That of the registration.
@@ -101,14 +106,8 @@ impl Recompute {
         recording: &Path,
         scene: &mut RawScene,
     ) -> Result<Self, RecomputeError> {
-        let frames = check(facts, recording, scene)?;
-        scene.recording = Some(RawRecording {
-            // One file, which can be compared.
-            rotate_mb: 0.0,
-            rotate_min: 0.0,
-            thumbnails_per_s: 0.0,
-            ..scene.recording.clone().unwrap_or_default()
-        });
+        let frames = Some(check(facts, recording, scene)?);
+        record(scene);
         let mut links = Links {
             facts,
             recording,
@@ -135,6 +134,15 @@ impl Recompute {
             registration,
             files: links.files,
         })
+    }
+
+    /// Changes `scene` so that a recorder writes what its model answers to the recorded poses.
+    pub(crate) fn tissue(recording: &Path, scene: &mut RawScene) -> Result<Self, RecomputeError> {
+        if scene.tissue.is_none() {
+            return Err(RecomputeError::NoTissue(recording.to_owned()));
+        }
+        record(scene);
+        Ok(Self::default())
     }
 
     /// Writes the files out of the recording to where the tracker looks for them.
@@ -192,6 +200,16 @@ impl Recomputed {
     }
 }
 
+/// What is made again goes into one file, which can be compared.
+fn record(scene: &mut RawScene) {
+    scene.recording = Some(RawRecording {
+        rotate_mb: 0.0,
+        rotate_min: 0.0,
+        thumbnails_per_s: 0.0,
+        ..scene.recording.clone().unwrap_or_default()
+    });
+}
+
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
@@ -243,6 +261,10 @@ fn shortfalls(out: &Path) -> Vec<String> {
     match count("unanswered") {
         0 => {}
         n => found.push(format!("of {n} frames the tracker made no pose in time")),
+    }
+    match count("without_state") {
+        0 => {}
+        n => found.push(format!("{n} poses are left out: the recorded run has no state of the tissue for them")),
     }
     found
 }

@@ -11,10 +11,10 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::{Lockstep, TRACKER};
-use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, ToolPose};
+use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, TissueHeader, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
-use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE};
+use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE, TISSUE_ASKED};
 
 use super::Speed;
 use super::bar::Bar;
@@ -131,6 +131,8 @@ struct Replayer<'a> {
     images_of_probe: UsOutlet,
     /// Where the recording says where organs were.
     organs: Option<Organs>,
+    /// Where a model answers poses again: which ones.
+    asked: Option<Publisher<TissueHeader>>,
     guides: Publisher<Guide>,
     choices: Choices,
     /// What cannot be read of the choices.
@@ -155,6 +157,7 @@ struct Replayer<'a> {
     timing: Timing,
     published: u64,
     without_frames: u64,
+    without_state: u64,
     unanswered: u64,
     /// When something was published last, on the machine's clock.
     published_ns: i64,
@@ -223,8 +226,9 @@ impl<'a> Replayer<'a> {
             None => Tape::open(&options.recording)?,
         };
         let mut found = tape.session().guides()?;
+        let is_answered = process.run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
         let organs = match options.frames {
-            None if process.scene.tissue.is_some() => Organs::open(bus, tape.session(), &mut found.unread)?,
+            None if process.scene.tissue.is_some() && !is_answered => Organs::open(bus, tape.session(), &mut found.unread)?,
             _ => None,
         };
         let images = options.images.as_ref();
@@ -237,6 +241,7 @@ impl<'a> Replayer<'a> {
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             images_of_probe: UsOutlet::default(),
             organs,
+            asked: is_answered.then(|| Publisher::open(bus, &TISSUE_ASKED, "")).transpose()?,
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.messages),
             unread: found.unread,
@@ -257,6 +262,7 @@ impl<'a> Replayer<'a> {
             timing: Timing::default(),
             published: 0,
             without_frames: 0,
+            without_state: 0,
             unanswered: 0,
             published_ns: 0,
             last: None,
@@ -368,8 +374,13 @@ impl<'a> Replayer<'a> {
 
     fn publish(&mut self, process: &Process) -> Result<(), ReplayError> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
-        if !self.outlet.takes(&moment) {
-            self.without_frames += 1;
+        let is_unknown = self.asked.is_some() && moment.tissue.is_none();
+        if is_unknown || !self.outlet.takes(&moment) {
+            let counted = match is_unknown {
+                true => &mut self.without_state,
+                false => &mut self.without_frames,
+            };
+            *counted += 1;
             if self.transport.state() == ReplayState::Paused {
                 // Who asked for the next pose is shown the next that there is.
                 self.transport.control(Control::Step, monotonic_ns());
@@ -391,6 +402,9 @@ impl<'a> Replayer<'a> {
         if let (Some(organs), Some(state)) = (&mut self.organs, &moment.tissue) {
             organs.send(state)?;
         }
+        if let (Some(asked), Some(state)) = (&self.asked, &moment.tissue) {
+            asked.send(state.header)?;
+        }
         self.outlet.send(&moment)?;
         for truth in &moment.truths {
             self.truths.send(*truth)?;
@@ -400,6 +414,11 @@ impl<'a> Replayer<'a> {
         self.published_ns = monotonic_ns();
         self.last = Some(moment.pose);
         Ok(())
+    }
+
+    /// Whether something is made again of what is replayed: in order, as it was then.
+    fn makes_again(&self) -> bool {
+        self.options.frames.is_some() || self.asked.is_some()
     }
 
     /// A tracker that has made no pose of a frame for long will not make one: the replay goes on without.

@@ -67,7 +67,9 @@ impl SliceView {
             tracked,
             until_ns,
         } = awaited;
-        let is_made_now = self.process.run.simulated_time && matches!(tracked, Tracked::Valid(_));
+        let run = &self.process.run;
+        let is_made_now = run.simulated_time || run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
+        let is_made_now = is_made_now && matches!(tracked, Tracked::Valid(_));
         let has = |tissue: &Tissue| tissue.has(&sample);
         let waits = is_made_now && !self.tissue.as_ref().is_none_or(has) && monotonic_ns() < until_ns;
         self.awaited = waits.then_some(awaited);
