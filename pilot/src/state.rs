@@ -175,7 +175,13 @@ impl Run {
             .map(|replay| replay.arguments(&options.out, options.has_window));
         let receiver = options.remote.as_ref().map(Remote::arguments);
         let poses = match (&options.replay, &replayer, &receiver) {
-            (Some(Replay { recompute: Some(again), .. }), Some(arguments), _) => match again.frames {
+            (
+                Some(Replay {
+                    recompute: Some(again), ..
+                }),
+                Some(arguments),
+                _,
+            ) => match again.frames {
                 Some(_) => Poses::MadeAgain(arguments),
                 None => Poses::Answered(arguments),
             },

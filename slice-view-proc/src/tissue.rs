@@ -204,18 +204,13 @@ impl Tissue {
         volume_hash: &[u8; 32],
         now_ns: i64,
     ) -> Result<Option<NoTissue>, BusError> {
-        let mut why = None;
-        while let Some(mesh) = self.meshes.next()? {
-            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
-                // Whoever was started again may have others: states of the old ones go with them.
-                Ok(shapes) => {
-                    self.kept.clear();
-                    self.shapes = Some(shapes);
-                }
-                Err(error) => why = why.or(Some(error)),
-            }
-        }
+        let mut why = self.take_meshes(volume_hash)?;
         while let Some(state) = states.next()? {
+            let is_known = |shapes: &Shapes| shapes.mesh_id == state.header().mesh_id;
+            if !self.shapes.as_ref().is_some_and(is_known) {
+                // Sent before the state, and maybe after the look above.
+                why = why.or(self.take_meshes(volume_hash)?);
+            }
             // States may come before their mesh is read: they are of no use yet, and nothing is amiss.
             let Some(shapes) = &self.shapes else { continue };
             match kept(state.header(), state.values(), shapes) {
@@ -229,6 +224,21 @@ impl Tissue {
         }
         self.refused += u64::from(why.is_some());
         Ok(why.filter(|_| self.refused == 1))
+    }
+
+    fn take_meshes(&mut self, volume_hash: &[u8; 32]) -> Result<Option<NoTissue>, BusError> {
+        let mut why = None;
+        while let Some(mesh) = self.meshes.next()? {
+            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
+                // Whoever was started again may have others: states of the old ones go with them.
+                Ok(shapes) => {
+                    self.kept.clear();
+                    self.shapes = Some(shapes);
+                }
+                Err(error) => why = why.or(Some(error)),
+            }
+        }
+        Ok(why)
     }
 
     /// Whether a pose is answered.

@@ -228,7 +228,9 @@ impl<'a> Replayer<'a> {
         let mut found = tape.session().guides()?;
         let is_answered = process.run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
         let organs = match options.frames {
-            None if process.scene.tissue.is_some() && !is_answered => Organs::open(bus, tape.session(), &mut found.unread)?,
+            None if process.scene.tissue.is_some() && !is_answered => {
+                Organs::open(bus, tape.session(), &mut found.unread)?
+            }
             _ => None,
         };
         let images = options.images.as_ref();
@@ -241,7 +243,9 @@ impl<'a> Replayer<'a> {
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             images_of_probe: UsOutlet::default(),
             organs,
-            asked: is_answered.then(|| Publisher::open(bus, &TISSUE_ASKED, "")).transpose()?,
+            asked: is_answered
+                .then(|| Publisher::open(bus, &TISSUE_ASKED, ""))
+                .transpose()?,
             guides: Publisher::open(bus, &GUIDE, "")?,
             choices: Choices::new(found.messages),
             unread: found.unread,

@@ -44,6 +44,8 @@ impl SliceView {
         }
         match self.settled(newest) {
             Some((sample, tracked)) => self.draw_now(&sample, tracked),
+            // What is shown grows no older: its time stands still.
+            None if self.awaited.is_some() => Ok(()),
             None => self.age(),
         }
     }

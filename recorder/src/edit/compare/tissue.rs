@@ -137,7 +137,11 @@ impl std::fmt::Display for Tissue {
             self.common, self.identical
         )?;
         if self.alone != [0, 0] {
-            write!(f, "; only in the first {}, only in the second {}", self.alone[0], self.alone[1])?;
+            write!(
+                f,
+                "; only in the first {}, only in the second {}",
+                self.alone[0], self.alone[1]
+            )?;
         }
         if let Some(seq) = self.first_different {
             write!(

@@ -93,10 +93,9 @@ impl Replayer<'_> {
             Some(CommandKind::Play) => Ok(Control::Play),
             Some(CommandKind::Step) => Ok(Control::Step),
             Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
-            Some(CommandKind::Seek | CommandKind::StepBack) if self.makes_again() => Err(
-                "what is made again is made in order: this replay answers pause, play, step and speed"
-                    .to_owned(),
-            ),
+            Some(CommandKind::Seek | CommandKind::StepBack) if self.makes_again() => {
+                Err("what is made again is made in order: this replay answers pause, play, step and speed".to_owned())
+            }
             Some(CommandKind::Seek) => {
                 let last_s = self.seconds(self.options.span_ns[1]);
                 let first_s = self.seconds(self.options.span_ns[0]);

@@ -51,7 +51,10 @@ fn states_are_the_same_to_the_bit_or_said_to_differ() {
     let mut signed = a.clone();
     signed[2].nodes[4] = 0.0;
     let found = compared(&a, &signed).unwrap();
-    assert_eq!((found.identical, found.first_different, found.farthest_mm), (5, Some(2), 0.0));
+    assert_eq!(
+        (found.identical, found.first_different, found.farthest_mm),
+        (5, Some(2), 0.0)
+    );
     let mut moved = a.clone();
     moved[4].nodes[5] += 0.25;
     moved[4].header.force[1] = 0.125;
