@@ -28,6 +28,8 @@ pub struct Tissues<'a> {
     pub late_ns: Option<i64>,
     /// The state's number; 0 without.
     pub seq: u64,
+    /// What the tissue does to the tube, N, of a settled state.
+    pub force_n: Option<f64>,
 }
 
 impl Tissues<'_> {
@@ -277,6 +279,10 @@ impl Tissue {
             moved: kept.state.is_of_pose().then_some(Moved { shapes, places }),
             late_ns: None,
             seq: kept.header.seq,
+            force_n: (kept.state == TissueState::Settled).then(|| {
+                let [x, y, z] = kept.header.force;
+                x.hypot(y).hypot(z)
+            }),
         }
     }
 

@@ -133,7 +133,8 @@ impl SliceView {
                 // A replay has the state of a pose with it, or has none.
                 let now_ns = (!self.process.session.is_ruled()).then(|| clock.now_ns());
                 let shows = (sample, what.notice, now_ns);
-                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab), shows);
+                // Through a slab organs are not followed, nor where a person wishes to see the examination as it was taken.
+                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab || images.at_rest), shows);
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {
                     true => self.resampler.exact(),

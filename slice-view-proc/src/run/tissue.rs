@@ -106,17 +106,17 @@ impl SliceView {
     }
 }
 
-/// What an image shows of the tissue; nothing is said where the scene moves none. Through a slab organs are not followed. `now_ns` where
+/// What an image shows of the tissue; nothing is said where the scene moves none. `is_rigid` where organs are not followed. `now_ns` where
 /// a state may come late: not where time waits for images.
 pub(super) fn shown<'a>(
     tissue: Option<&'a Tissue>,
-    (scene, is_slab): (&Scene, bool),
+    (scene, is_rigid): (&Scene, bool),
     (sample, notice, now_ns): (&ToolPose, Notice, Option<i64>),
 ) -> Tissues<'a> {
     if scene.tissue.is_none() {
         return Tissues::default();
     }
-    let Some(tissue) = tissue.filter(|_| !is_slab) else {
+    let Some(tissue) = tissue.filter(|_| !is_rigid) else {
         return Tissues::rigid();
     };
     match notice {

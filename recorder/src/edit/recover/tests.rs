@@ -54,7 +54,7 @@ fn attachments_metadata_and_empty_channels_are_kept() {
     let info = recover(&input, &out).unwrap();
     assert_eq!(
         (info.tally.messages(), info.tally.topics.len()),
-        (0, crate::wire::schema::channels().len() as u64)
+        (0, crate::wire::schema::channels().len())
     );
     let beside = reader::beside(&out).unwrap();
     assert_eq!(beside.scene.as_deref(), Some("seed = 1\n"));
