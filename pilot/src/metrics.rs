@@ -282,6 +282,7 @@ impl Metrics {
             state,
             Some(FrameState::Live | FrameState::Stale | FrameState::Requested)
         );
+        self.tissue.said(stamp);
         let is_new = view.last_seq.is_none_or(|last| stamp.seq > last);
         if shows_pose && is_new && stamp.on_request == 0 {
             view.last_seq = Some(stamp.seq);

@@ -101,7 +101,7 @@ impl Unrecorded {
             .map_or(String::new(), |why| format!("; it first said: {why}"));
         (lost > 0 || self.why.is_some()).then(|| {
             format!(
-                "the recorder counts {lost} messages (poses, true poses, frames of the localizer) that are in none of its files{first}"
+                "the recorder counts {lost} messages (poses, true poses, frames of the localizer, images of a probe, states of tissue) that are in none of its files{first}"
             )
         })
     }

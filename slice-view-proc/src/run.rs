@@ -137,11 +137,12 @@ fn show_anatomy(
 pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadLabels) -> Result<(), RunError> {
     let name = plane.process();
     let process = Process::join(&name, membership)?;
+    let moves = process.scene.tissue.is_some() && plane != Plane::Surface;
+    // Before the poses: whoever is given the newest pose late is given its state before it.
+    let states = moves.then(|| states(&process.bus)).transpose()?;
     let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
     let server = CommandServer::open(&process.bus, &name)?;
     let stale = process.scene.limits.stale;
-    let moves = process.scene.tissue.is_some() && plane != Plane::Surface;
-    let states = moves.then(|| states(&process.bus)).transpose()?;
     let mut view = SliceView::new(process, plane, load_labels)?;
     let inlets = Inlets { poses, server, states };
     let waits = Waits::every(TICK)
@@ -287,6 +288,7 @@ impl SliceView {
         let command: Command = *request.command();
         if command.command_kind() == Some(CommandKind::NoPoses) {
             self.no_poses = true;
+            self.awaited = None;
             request.reply(Ok("no pose is shown"))?;
             return match self.volume {
                 Some(_) => self.age(),

@@ -15,7 +15,7 @@ use geometry::{Ct, Model, Point, Rigid};
 use crate::warp::{Cube, NoShape, Organ, Region, Shape};
 
 /// States that are kept: an image may be asked for of a pose that is not the newest.
-const KEPT: usize = 8;
+const KEPT: usize = 32;
 
 /// What an image shows of the tissue.
 #[derive(Debug, Clone, Copy, Default)]
@@ -182,6 +182,8 @@ pub(crate) struct Tissue {
     kept: VecDeque<Kept>,
     /// States have been late: poses do not wait for theirs.
     pub(crate) behind: bool,
+    /// The pose that was drawn last without its state: number and capture.
+    pub(crate) lacked: Option<(u64, i64)>,
     /// Refused so far, of which the first was told.
     pub(crate) refused: u64,
 }
@@ -195,6 +197,7 @@ impl Tissue {
             shapes: None,
             kept: VecDeque::with_capacity(KEPT),
             behind: false,
+            lacked: None,
             refused: 0,
         })
     }
@@ -207,14 +210,16 @@ impl Tissue {
         now_ns: i64,
     ) -> Result<Option<NoTissue>, BusError> {
         let mut why = self.take_meshes(volume_hash)?;
-        while let Some(state) = states.next()? {
+        // Whoever joins late may be given the newest state before its mesh: it waits where it is.
+        while self.shapes.is_some()
+            && let Some(state) = states.next()?
+        {
             let is_known = |shapes: &Shapes| shapes.mesh_id == state.header().mesh_id;
             if !self.shapes.as_ref().is_some_and(is_known) {
                 // Sent before the state, and maybe after the look above.
                 why = why.or(self.take_meshes(volume_hash)?);
             }
-            // States may come before their mesh is read: they are of no use yet, and nothing is amiss.
-            let Some(shapes) = &self.shapes else { continue };
+            let Some(shapes) = &self.shapes else { break };
             match kept(state.header(), state.values(), shapes) {
                 Ok(kept) => {
                     self.behind &= now_ns.saturating_sub(kept.header.t_capture_ns) >= self.late_ns;
@@ -231,6 +236,10 @@ impl Tissue {
     fn take_meshes(&mut self, volume_hash: &[u8; 32]) -> Result<Option<NoTissue>, BusError> {
         let mut why = None;
         while let Some(mesh) = self.meshes.next()? {
+            let is_known = |shapes: &Shapes| shapes.mesh_id == mesh.header().mesh_id;
+            if self.shapes.as_ref().is_some_and(is_known) {
+                continue;
+            }
             match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
                 // Whoever was started again may have others: states of the old ones go with them.
                 Ok(shapes) => {

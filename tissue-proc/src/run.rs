@@ -110,7 +110,7 @@ struct Tissue {
     states: HeadedPublisher<TissueHeader, f32>,
     continuity: Continuity,
     /// In a replay whose states are made again: of which poses, in their order.
-    asked: Option<Subscriber<TissueHeader>>,
+    asked: Option<Asked>,
     /// Of the last message.
     seq: u64,
     /// Where the nodes are now.
@@ -127,7 +127,7 @@ impl Tissue {
         meshes.send(header, &bytes)?;
         let is_again = process.run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
         let asked = is_again.then(|| Subscriber::open(&process.bus, &TISSUE_ASKED, "", TISSUE_ASKED.buffer));
-        let asked = asked.transpose()?;
+        let asked = asked.transpose()?.map(Asked::of);
         Ok(Self {
             process,
             live: anatomy.live,
@@ -177,9 +177,10 @@ impl Tissue {
     /// samples that came, is none now.
     fn answer_again(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
         while let Some(sample) = poses.next()? {
-            let Some(asked) = asked_of(&sample, self.asked.as_ref())? else {
-                continue;
+            let Some(asked) = self.asked.as_mut() else {
+                return Ok(());
             };
+            let Some(asked) = asked.of_pose(&sample)? else { continue };
             let was_lost = asked.state_of() == Ok(TissueState::Lost);
             let tracked = match sample.tracked() {
                 Ok(tracked) if !was_lost => tracked,
@@ -222,15 +223,34 @@ impl Tissue {
     }
 }
 
-/// What a recording says of the state of a sample: told before it.
-fn asked_of(sample: &ToolPose, asked: Option<&Subscriber<TissueHeader>>) -> Result<Option<TissueHeader>, BusError> {
-    let Some(asked) = asked else { return Ok(None) };
-    while let Some(header) = asked.next()? {
-        if (header.pose_seq, header.t_capture_ns) == (sample.seq, sample.t_capture_ns) {
-            return Ok(Some(header));
+/// Of which poses a recording has states: told before each.
+struct Asked {
+    headers: Subscriber<TissueHeader>,
+    /// Of a pose that did not come yet.
+    next: Option<TissueHeader>,
+}
+
+impl Asked {
+    fn of(headers: Subscriber<TissueHeader>) -> Self {
+        Self { headers, next: None }
+    }
+
+    /// What is said of a sample; what is said of earlier ones is passed over.
+    fn of_pose(&mut self, sample: &ToolPose) -> Result<Option<TissueHeader>, BusError> {
+        loop {
+            self.next = match self.next {
+                Some(header) => Some(header),
+                None => self.headers.next()?,
+            };
+            let Some(header) = self.next.filter(|header| header.t_capture_ns <= sample.t_capture_ns) else {
+                return Ok(None);
+            };
+            self.next = None;
+            if (header.pose_seq, header.t_capture_ns) == (sample.seq, sample.t_capture_ns) {
+                return Ok(Some(header));
+            }
         }
     }
-    Ok(None)
 }
 
 /// What became of a pose, in words.

@@ -14,8 +14,8 @@ use super::{Latency, percentiles};
 #[derive(Debug)]
 pub(crate) struct TissueBook {
     counts: [u64; TissueShown::ALL.len()],
-    /// Stamps with a code that no version has.
-    unknown: u64,
+    /// Images, however often drawn and whatever asked for, that say nothing or have a code that no version has.
+    unmarked: u64,
     /// From capture to handing over, of images with organs where a state has them, ms.
     moved_ms: Histogram,
 }
@@ -23,7 +23,7 @@ pub(crate) struct TissueBook {
 /// What the report says of it.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct TissueReport {
-    /// Images by what they showed: settled, approximate, late, catching up, refused, rigid.
+    /// First images of poses by what they showed: settled, approximate, late, catching up, refused, rigid.
     pub(crate) images: BTreeMap<&'static str, u64>,
     /// Images that say nothing of organs though the scene moves some: that must never be.
     pub(crate) unmarked: u64,
@@ -35,17 +35,22 @@ impl Default for TissueBook {
     fn default() -> Self {
         Self {
             counts: Default::default(),
-            unknown: 0,
+            unmarked: 0,
             moved_ms: Histogram::new(1e-3, 1e6),
         }
     }
 }
 
 impl TissueBook {
+    /// Any image.
+    pub(super) fn said(&mut self, stamp: &FrameStamp) {
+        let shown = TissueShown::from_code(stamp.tissue);
+        self.unmarked += u64::from(shown.is_none_or(|shown| shown == TissueShown::None));
+    }
+
     /// The first image of a pose, handed over `age_ns` behind its capture.
     pub(super) fn frame(&mut self, stamp: &FrameStamp, age_ns: i64) {
         let Some(shown) = TissueShown::from_code(stamp.tissue) else {
-            self.unknown += 1;
             return;
         };
         self.counts[shown.code() as usize] += 1;
@@ -61,10 +66,9 @@ impl TissueBook {
 
     fn counted(&self) -> TissueReport {
         let of = |shown: &TissueShown| (shown.word(), self.counts[shown.code() as usize]);
-        let none = self.counts[TissueShown::None.code() as usize];
         TissueReport {
             images: TissueShown::ALL.iter().skip(1).map(of).collect(),
-            unmarked: none + self.unknown,
+            unmarked: self.unmarked,
             pose_to_tissue_ms: percentiles(&self.moved_ms),
         }
     }
@@ -127,8 +131,9 @@ mod tests {
         );
         assert_eq!((report.unmarked, report.problem()), (0, None));
         assert!(report.line().contains("late 1, settled 2;"), "{}", report.line());
-        book.frame(&stamp(TissueShown::None.code()), 0);
-        book.frame(&stamp(99), 0);
+        for shown in [TissueShown::None.code(), 99, TissueShown::Late.code()] {
+            book.said(&stamp(shown));
+        }
         assert!(book.counted().problem().unwrap().starts_with("2 images"));
     }
 }

@@ -159,6 +159,20 @@ impl Recompute {
         Ok(())
     }
 
+    /// States that were made again and are not the recorded ones, or were not made.
+    fn tissue_problem(&self, difference: Option<&Value>) -> Option<String> {
+        let tissue = difference
+            .filter(|_| self.frames.is_none())
+            .map(|found| &found["tissue"])?;
+        let count = |key: &str| tissue[key].as_u64().unwrap_or(0);
+        let missing = tissue["alone"][0].as_u64().unwrap_or(0);
+        let differ = count("common") - count("identical").min(count("common"));
+        let words = format!(
+            "{differ} states of the tissue are not the recorded ones to the bit, and {missing} were not made again"
+        );
+        (differ + missing > 0).then_some(words)
+    }
+
     /// Holds the new poses against the recorded ones; table, plot and summary go into `out`.
     pub(crate) fn compare(&self, recording: &Path, out: &Path) -> Recomputed {
         let mut found = Recomputed {
@@ -179,6 +193,7 @@ impl Recompute {
                 found.words = String::from_utf8_lossy(&output.stdout).trim_end().to_owned();
                 let summary = fs::read(out.join("compare.json")).unwrap_or_default();
                 found.difference = serde_json::from_slice(&summary).ok();
+                found.problems.extend(self.tissue_problem(found.difference.as_ref()));
             }
             (_, Ok(_)) => found
                 .problems

@@ -310,9 +310,11 @@ impl<'a> Replayer<'a> {
             self.read_beside(now, Limits::of(&process.scene));
             self.say_unread();
             self.laws.serve_late_joiners();
+            // Before the poses that they are of.
+            self.organs.iter().for_each(Organs::serve_late_joiners);
+            self.asked.iter().for_each(Publisher::serve_late_joiners);
             self.outlet.serve_late_joiners();
             self.guides.serve_late_joiners();
-            self.organs.iter().for_each(Organs::serve_late_joiners);
             self.tell_timeline()?;
             // Also while no pose comes.
             self.choose(self.transport.law().at(now))?;

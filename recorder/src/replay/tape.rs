@@ -352,7 +352,13 @@ fn state_of(states: &mut Peekable<Readable<TissueFrame>>, pose: &ToolPose) -> Op
     loop {
         let state = states.next_if(|state| state.header.t_capture_ns <= pose.t_capture_ns)?;
         if state.header.t_capture_ns == pose.t_capture_ns && is_of(&state) {
-            return Some(Box::new(state));
+            // A model that was started again may have answered it anew: views show the last.
+            let is_again = |next: &TissueFrame| next.header.t_capture_ns == pose.t_capture_ns && is_of(next);
+            let mut last = state;
+            while let Some(again) = states.next_if(is_again) {
+                last = again;
+            }
+            return Some(Box::new(last));
         }
     }
 }

@@ -183,7 +183,11 @@ impl Series {
         let State::Writing { file, since_ns, .. } = &self.state else {
             return;
         };
-        let full = self.spec.rotate_bytes.is_some_and(|most| file.bytes() >= most);
+        // What every file begins with does not fill one by itself.
+        let full = self
+            .spec
+            .rotate_bytes
+            .is_some_and(|most| file.bytes() >= most.max(2 * file.head()));
         let since = now_ns.saturating_sub(*since_ns);
         let old = self.spec.rotate_after.is_some_and(|most| since >= clock::ns(most));
         if full || old {

@@ -65,6 +65,8 @@ pub struct SessionFile {
     log: PoseLog<Sink>,
     file: Arc<File>,
     size: Arc<AtomicU64>,
+    /// Bytes that it began with.
+    head: u64,
     out: PathBuf,
     recording: PathBuf,
 }
@@ -139,6 +141,7 @@ impl SessionFile {
         Ok(Self {
             log,
             file,
+            head: size.load(Ordering::Relaxed),
             size,
             out: out.to_owned(),
             recording,
@@ -198,6 +201,11 @@ impl SessionFile {
     /// Whether anything came since the last flush.
     pub fn is_dirty(&self) -> bool {
         self.log.is_dirty()
+    }
+
+    /// Bytes that it began with: scene, schemas, organs at rest.
+    pub fn head(&self) -> u64 {
+        self.head
     }
 
     /// Bytes that no kill can lose any more.

@@ -46,7 +46,10 @@ impl SliceView {
             Some((sample, tracked)) => self.draw_now(&sample, tracked),
             // What is shown grows no older: its time stands still.
             None if self.awaited.is_some() => Ok(()),
-            None => self.age(),
+            None => match self.answered_late() {
+                Some((sample, tracked)) => self.draw_now(&sample, tracked),
+                None => self.age(),
+            },
         }
     }
 

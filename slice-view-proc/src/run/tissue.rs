@@ -70,10 +70,25 @@ impl SliceView {
         let run = &self.process.run;
         let is_made_now = run.simulated_time || run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
         let is_made_now = is_made_now && matches!(tracked, Tracked::Valid(_));
-        let has = |tissue: &Tissue| tissue.has(&sample);
-        let waits = is_made_now && !self.tissue.as_ref().is_none_or(has) && monotonic_ns() < until_ns;
+        let Some(tissue) = self
+            .tissue
+            .as_mut()
+            .filter(|tissue| is_made_now && !tissue.has(&sample))
+        else {
+            return Some((sample, tracked));
+        };
+        // A model that did not answer is waited for again once it has answered.
+        tissue.behind |= monotonic_ns() >= until_ns;
+        let waits = !tissue.behind;
         self.awaited = waits.then_some(awaited);
         (!waits).then_some((sample, tracked))
+    }
+
+    /// What is shown without the state of its pose, where that has come since.
+    pub(super) fn answered_late(&self) -> Option<(ToolPose, Tracked)> {
+        let (tissue, (sample, tracked)) = (self.tissue.as_ref()?, self.last?);
+        let is_late = tissue.lacked.is_some_and(|of| of == (sample.seq, sample.t_capture_ns));
+        (is_late && tissue.has(&sample)).then_some((sample, tracked))
     }
 
     /// Draws the newest pose that is answered, or the newest of all where states are late; whether there was one.

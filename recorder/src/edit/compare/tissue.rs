@@ -101,7 +101,10 @@ impl Tissue {
             }
         }
         let [x, y, z] = std::array::from_fn(|k| other.header.force[k] - one.header.force[k]);
-        self.force_n = self.force_n.max(x.hypot(y).hypot(z));
+        let force = x.hypot(y).hypot(z);
+        if force.is_nan() || force > self.force_n {
+            self.force_n = force;
+        }
     }
 }
 

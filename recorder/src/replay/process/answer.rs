@@ -92,6 +92,9 @@ impl Replayer<'_> {
             Some(CommandKind::Pause) => Ok(Control::Pause),
             Some(CommandKind::Play) => Ok(Control::Play),
             Some(CommandKind::Step) => Ok(Control::Step),
+            Some(CommandKind::Speed) if self.asked.is_some() => {
+                Err("each pose waits for its state: this replay answers pause, play and step".to_owned())
+            }
             Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
             Some(CommandKind::Seek | CommandKind::StepBack) if self.makes_again() => {
                 Err("what is made again is made in order: this replay answers pause, play, step and speed".to_owned())

@@ -9,6 +9,7 @@ use crate::read::damage::OpenError;
 use crate::read::seek::Session;
 use crate::replay::process::ReplayError;
 use crate::wire::proto::{MeshFrame, TissueFrame};
+use crate::wire::schema::TISSUE as TISSUE_STATES;
 
 /// Where states go, and the meshes that they are of.
 #[derive(Debug)]
@@ -31,7 +32,12 @@ impl Organs {
     pub(super) fn open(bus: &Bus, session: &Session, unread: &mut Vec<String>) -> Result<Option<Self>, ReplayError> {
         let (known, room) = meshes(session, unread)?;
         let most = known.iter().map(|mesh| mesh.bytes.len()).max();
-        let Some(most) = most else { return Ok(None) };
+        let Some(most) = most else {
+            if session.may_hold(TISSUE_STATES) {
+                unread.push("states of the tissue without the organs that they are of".to_owned());
+            }
+            return Ok(None);
+        };
         Ok(Some(Self {
             known,
             meshes: HeadedPublisher::open(bus, &TISSUE_MESH, most)?,

@@ -210,7 +210,9 @@ impl Organs {
             header: *header,
             bytes: bytes.to_vec(),
         };
-        fill_headed(&self.meshes, &mut taken.meshes, frame, |mesh| mesh.bytes.len())?;
+        fill_headed(&self.meshes, &mut taken.meshes, frame, |mesh| {
+            size_of::<MeshFrame>() + mesh.bytes.len()
+        })?;
         let frame = |header: &TissueHeader, nodes: &[f32]| TissueFrame {
             header: *header,
             nodes: nodes.to_vec(),
