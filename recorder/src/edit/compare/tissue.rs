@@ -58,7 +58,8 @@ pub(crate) fn compare(a: &Path, b: &Path) -> Result<Option<Tissue>, OpenError> {
             }
             std::cmp::Ordering::Equal => {
                 found.pair(one, other);
-                (a.next(), b.next());
+                a.next();
+                b.next();
             }
         }
     }
