@@ -80,14 +80,13 @@ impl TissueReport {
         let counts: Vec<_> = self.images.iter().filter(|(_, n)| **n > 0).collect();
         let counts: Vec<_> = counts.iter().map(|(word, n)| format!("{word} {n}")).collect();
         let took = &self.pose_to_tissue_ms;
-        format!(
-            "images by their organs: {}; pose to organs moved, ms: p50 {:.2}, p95 {:.2}, p99 {:.2}, max {:.2}",
-            counts.join(", "),
-            took.p50,
-            took.p95,
-            took.p99,
-            took.max
-        )
+        let shown = format!("images by their organs: {}", counts.join(", "));
+        // Where time waits for images nothing is said of the machine.
+        if took.max <= 0.0 {
+            return shown;
+        }
+        let [p50, p95, p99, max] = [took.p50, took.p95, took.p99, took.max];
+        format!("{shown}; pose to organs moved, ms: p50 {p50:.2}, p95 {p95:.2}, p99 {p99:.2}, max {max:.2}")
     }
 
     /// What was wrong, in words.
