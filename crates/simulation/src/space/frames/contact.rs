@@ -160,7 +160,7 @@ impl Contact {
                 work,
             };
             self.local.pressures = near.points().iter().map(|k| pressures[*k]).collect();
-            let pushed = self.local.solve(&problem, wanted)?;
+            let pushed = self.local.solve(&problem, &mut factor.active, wanted)?;
             for (point, pressure) in near.points().iter().zip(&self.local.pressures) {
                 pressures[*point] = *pressure;
             }
@@ -196,7 +196,7 @@ impl Contact {
         let missing = |point: usize| factor.near.index(point).is_none();
         if self.near(pressures, v, around, NEAR_PART).any(missing) {
             let points = self.near(pressures, v, around, part).collect();
-            factor.near = Near::new(&factor.ldl, &self.touches, points);
+            factor.serve(&self.touches, points);
         }
     }
 }
