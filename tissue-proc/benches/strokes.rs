@@ -17,7 +17,8 @@ use nalgebra::Vector3;
 use organ::{kidney, pose};
 use simulation::space::frames::{Frame, Frames, Settings, State};
 
-const HEADER: &str = "speed,frame,phase,ms,wall_ms,state,steps,contact_steps,factor,residual,unsettled,off,force,det,points,depth";
+const HEADER: &str =
+    "speed,frame,phase,ms,wall_ms,state,steps,contact_steps,factor,residual,unsettled,off,force,det,points,depth";
 
 /// Where the tip first touches, mm from the entry; how deep it goes, and across.
 const TOUCH: f64 = 55.0;
@@ -30,7 +31,10 @@ fn now() -> f64 {
 }
 
 fn load() -> String {
-    std::fs::read_to_string("/proc/loadavg").unwrap_or_default().trim().to_owned()
+    std::fs::read_to_string("/proc/loadavg")
+        .unwrap_or_default()
+        .trim()
+        .to_owned()
 }
 
 fn name(state: &State) -> &'static str {
@@ -76,7 +80,10 @@ fn say(speed: f64, phase: &str, rows: &[&Row]) {
 
 /// Places as a hand makes them; with the tracker's noise.
 fn run(frames: &mut Frames, mut truth: Option<&mut Frames>, way: &organs::Way, speed: f64, csv: &mut Vec<String>) {
-    let across = way.direction.cross(&Vector3::ith(way.direction.imin(), 1.0)).normalize();
+    let across = way
+        .direction
+        .cross(&Vector3::ith(way.direction.imin(), 1.0))
+        .normalize();
     let other = way.direction.cross(&across);
     let (mut noise, mut rows) = (Noise(1), Vec::new());
     let (before, mut due) = (load(), std::time::Instant::now());
@@ -124,13 +131,19 @@ fn run(frames: &mut Frames, mut truth: Option<&mut Frames>, way: &organs::Way, s
     }
     let pressed: Vec<&Row> = rows.iter().filter(|r| r.pressed).collect();
     say(speed, "pressed", &pressed);
-    println!("  factors {}, load {before} to {}", rows[rows.len() - 1].frame.factor, load());
+    println!(
+        "  factors {}, load {before} to {}",
+        rows[rows.len() - 1].frame.factor,
+        load()
+    );
 }
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let number = |name: &str, usual: f64| {
-        let found = words.iter().find_map(|w| w.strip_prefix(name)?.strip_prefix('=')?.parse().ok());
+        let found = words
+            .iter()
+            .find_map(|w| w.strip_prefix(name)?.strip_prefix('=')?.parse().ok());
         found.unwrap_or(usual)
     };
     let usual = Settings::default();
@@ -148,7 +161,11 @@ fn main() {
         ..settings
     };
     let speeds: Vec<f64> = words.iter().filter_map(|w| w.parse().ok()).collect();
-    let speeds = if speeds.is_empty() { vec![9.0, 20.0, 100.0] } else { speeds };
+    let speeds = if speeds.is_empty() {
+        vec![9.0, 20.0, 100.0]
+    } else {
+        speeds
+    };
     let with_truth = words.iter().any(|w| w == "truth");
     let mut csv = vec![HEADER.to_owned()];
     for speed in speeds {

@@ -19,7 +19,10 @@ pub(crate) struct Noise(pub(crate) u64);
 impl Noise {
     pub(crate) fn next(&mut self) -> f64 {
         // A linear congruential generator with Knuth's constants; its upper bits.
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 

@@ -25,10 +25,7 @@ pub(crate) fn kidney(settings: &[Settings]) -> (Vec<Frames>, Way) {
         let tube = tube(&way, scene.tool.length_mm, pose(&way, 0.0, &Vector3::zeros()));
         let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
         let a = model.system.initial();
-        (
-            Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap(),
-            way,
-        )
+        (Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap(), way)
     });
     let (frames, ways): (Vec<Frames>, Vec<Way>) = made.unzip();
     (frames, ways[0])

@@ -145,10 +145,15 @@ impl Contact {
         for _ in 0..MOST_TRIES {
             self.gather(factor, pressures, &to, around, part);
             let near = &factor.near;
+            let places: Vec<_> = near.points().iter().map(|k| self.touches.at(*k, v)).collect();
+            let each = near.points().iter().zip(&places);
             let problem = Problem {
                 touches: &self.touches,
                 near,
-                places: near.points().iter().map(|k| self.touches.at(*k, v)).collect(),
+                clearances: each
+                    .map(|(k, at)| around.clearance(self.touches.with(*k), at))
+                    .collect(),
+                places,
                 around,
                 free: near
                     .points()

@@ -162,11 +162,7 @@ impl Active {
 
     /// What forces on one move another by.
     pub(super) fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
-        if j <= i {
-            self.w[i][j]
-        } else {
-            self.w[j][i].transpose()
-        }
+        if j <= i { self.w[i][j] } else { self.w[j][i].transpose() }
     }
 
     /// Of forces on all points near, three each, those on these.
