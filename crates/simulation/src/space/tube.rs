@@ -186,6 +186,15 @@ impl Tube {
         nearest.distance(&local).turned(&self.pose.rotation)
     }
 
+    /// The value alone of [`Self::signed_distance`], to the bit, at a third of its cost.
+    #[must_use]
+    pub fn distance(&self, x: &Vector3<f64>) -> f64 {
+        let local = self.pose.inverse_transform_point(&Point3::from(*x)).coords;
+        let values = self.cones[1..].iter().map(|cone| cone.value(&local));
+        let first = self.cones[0].value(&local);
+        values.fold(first, |least, value| if value < least { value } else { least })
+    }
+
     /// The least `t` in `[0, 1]` at which `x + t d` (world) lies in the closed tube; 0 where `x` already does; none where the
     /// whole way is free.
     ///

@@ -25,6 +25,11 @@ impl Around<'_> {
         self.rigid(number).signed_distance(at)
     }
 
+    /// A lower bound of that.
+    pub(super) fn clearance(&self, number: usize, at: &Vector3<f64>) -> f64 {
+        self.rigid(number).clearance(at)
+    }
+
     /// The same, left out where it is certainly above `most`; not where it is no number.
     pub(super) fn within(&self, number: usize, at: &Vector3<f64>, most: f64) -> Option<Distance> {
         let rigid = self.rigid(number);

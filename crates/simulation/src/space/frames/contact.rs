@@ -145,10 +145,15 @@ impl Contact {
         for _ in 0..MOST_TRIES {
             self.gather(factor, pressures, &to, around, part);
             let near = &factor.near;
+            let places: Vec<_> = near.points().iter().map(|k| self.touches.at(*k, v)).collect();
+            let each = near.points().iter().zip(&places);
             let problem = Problem {
                 touches: &self.touches,
                 near,
-                places: near.points().iter().map(|k| self.touches.at(*k, v)).collect(),
+                clearances: each
+                    .map(|(k, at)| around.clearance(self.touches.with(*k), at))
+                    .collect(),
+                places,
                 around,
                 free: near
                     .points()
@@ -160,7 +165,7 @@ impl Contact {
                 work,
             };
             self.local.pressures = near.points().iter().map(|k| pressures[*k]).collect();
-            let pushed = self.local.solve(&problem, wanted)?;
+            let pushed = self.local.solve(&problem, &mut factor.active, wanted)?;
             for (point, pressure) in near.points().iter().zip(&self.local.pressures) {
                 pressures[*point] = *pressure;
             }
@@ -196,7 +201,7 @@ impl Contact {
         let missing = |point: usize| factor.near.index(point).is_none();
         if self.near(pressures, v, around, NEAR_PART).any(missing) {
             let points = self.near(pressures, v, around, part).collect();
-            factor.near = Near::new(&factor.ldl, &self.touches, points);
+            factor.serve(&self.touches, points);
         }
     }
 }

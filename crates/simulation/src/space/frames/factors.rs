@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-use super::near::Near;
+use super::near::{Active, Near};
 use super::touch::Touches;
 use crate::control::Potential;
 use crate::space::system::System;
@@ -16,6 +16,7 @@ pub(super) struct Factor {
     pub(super) ldl: Ldl,
     /// The points at the tube, by this factor.
     pub(super) near: Near,
+    pub(super) active: Active,
     matrix: Triplets,
     /// False where the second derivatives are not positive definite, nor is a convex matrix near them.
     whole: bool,
@@ -30,6 +31,7 @@ impl Factor {
         Box::new(Self {
             ldl,
             near: Near::default(),
+            active: Active::default(),
             matrix: Triplets::default(),
             whole: false,
             convex: false,
@@ -38,7 +40,7 @@ impl Factor {
 
     /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
     fn make(&mut self, system: &System, a: &[f64]) {
-        self.near = Near::default();
+        (self.near, self.active) = (Near::default(), Active::default());
         let made = [false, true].into_iter().find(|convex| {
             system.hessian(a, *convex, &mut self.matrix).is_some_and(|()| {
                 // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
@@ -49,6 +51,12 @@ impl Factor {
             })
         });
         (self.whole, self.convex) = (made.is_some(), made == Some(true));
+    }
+
+    /// Takes these points, in ascending order, as those at the tube.
+    pub(super) fn serve(&mut self, touches: &Touches, points: Vec<usize>) {
+        self.near = Near::new(&self.ldl, touches, points);
+        self.active = Active::default();
     }
 }
 
@@ -71,7 +79,7 @@ impl Worker {
             for (mut factor, a, points) in inbox {
                 factor.make(&system, &a);
                 if factor.whole {
-                    factor.near = Near::new(&factor.ldl, &touches, points);
+                    factor.serve(&touches, points);
                 }
                 if outbox.send(factor).is_err() {
                     break;

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, Matrix2, Vector3};
 
+use super::near::Active;
 use crate::space::tube::Distance;
 use crate::sparse::Dense;
 
@@ -15,24 +16,22 @@ const SMALL_PART: f64 = 1e-9;
 /// Springs along directions of points.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Pressed {
-    /// Point, direction, stiffness: those above zero first.
+    /// Number of a point among those active, direction, stiffness: those above zero first.
     springs: Vec<(usize, Vector3<f64>, f64)>,
     positive: usize,
     first: Dense,
     last: Dense,
-    /// `W D`.
-    moved: DMatrix<f64>,
     matrix: DMatrix<f64>,
 }
 
 impl Pressed {
-    /// Springs of points: `(point, distance, stiffness along the normal, force)`; where `bent`, with those of the normal's turn under that force.
-    /// False where the whole is not positive definite.
+    /// Springs of points: `(number among those active, distance, stiffness along the normal, force)`; where `bent`, with those of the normal's turn
+    /// under that force. False where the whole is not positive definite.
     pub(super) fn take(
         &mut self,
         points: impl Iterator<Item = (usize, Distance, f64, f64)>,
         bent: bool,
-        w: &DMatrix<f64>,
+        active: &Active,
     ) -> bool {
         // Positive springs first: the two kinds are eliminated apart, as together they are not definite.
         self.springs.clear();
@@ -53,20 +52,19 @@ impl Pressed {
         }
         self.positive = self.springs.len();
         self.springs.extend(negative);
-        self.factor(w)
+        self.factor(active)
     }
 
-    fn factor(&mut self, w: &DMatrix<f64>) -> bool {
+    fn factor(&mut self, active: &Active) -> bool {
         let count = self.springs.len();
-        self.moved = DMatrix::zeros(w.nrows(), count);
-        for ((point, d, _), mut moved) in self.springs.iter().zip(self.moved.column_iter_mut()) {
-            moved.copy_from(&(w.columns(3 * point, 3) * d));
+        self.matrix = DMatrix::zeros(count, count);
+        for (j, (point, d, stiffness)) in self.springs.iter().enumerate() {
+            for (i, (other, e, _)) in self.springs.iter().enumerate().skip(j) {
+                let moved = e.dot(&(active.block(*other, *point) * d));
+                self.matrix[(i, j)] = moved + if i == j { 1.0 / stiffness } else { 0.0 };
+            }
         }
-        self.matrix = DMatrix::from_fn(count, count, |i, j| {
-            let (point, d, stiffness) = &self.springs[i];
-            let own = if i == j { 1.0 / stiffness } else { 0.0 };
-            own + d.dot(&self.moved.fixed_view::<3, 1>(3 * point, j))
-        });
+        self.matrix.fill_upper_triangle_with_lower_triangle();
         if !self.first.eliminate(&self.matrix, self.positive) {
             return false;
         }
@@ -76,22 +74,16 @@ impl Pressed {
         self.last.factor(&self.matrix)
     }
 
-    /// What the springs leave of forces `f` on points, which alone move these by `moved = W f`: takes `D q` from `f`, and `W D q` from `moved`.
-    pub(super) fn hold(&self, f: &mut [f64], moved: &mut [f64]) {
-        let along = |(point, d, _): &(usize, Vector3<f64>, f64)| {
-            d.dot(&Vector3::from_column_slice(&moved[3 * point..3 * point + 3]))
-        };
+    /// The forces of the springs against what moves points, by their numbers: `(number, D q)`.
+    pub(super) fn holding(&self, moved: &[Vector3<f64>]) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         // Woodbury's formula: only the springs' own equations are solved.
-        let mut q: Vec<f64> = self.springs.iter().map(along).collect();
+        let mut q: Vec<f64> = self.springs.iter().map(|(point, d, _)| d.dot(&moved[*point])).collect();
         self.first.forward(&mut q);
         let last = &mut q[self.positive..];
         last.iter_mut().for_each(|q| *q = -*q);
         self.last.solve(last);
         self.first.back(&mut q);
-        for (((point, d, _), column), q) in self.springs.iter().zip(self.moved.column_iter()).zip(&q) {
-            (0..3).for_each(|k| f[3 * point + k] -= d[k] * q);
-            moved.iter_mut().zip(column.iter()).for_each(|(m, c)| *m -= c * q);
-        }
+        self.springs.iter().zip(q).map(|((point, d, _), q)| (*point, d * q))
     }
 }
 

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::around::Around;
-use super::near::Near;
+use super::near::{Active, Near};
 use super::norm;
 use super::pressed::Pressed;
 use super::touch::Touches;
@@ -23,6 +23,8 @@ const STIFFENED: f64 = 10.0;
 const MOST_STIFFENED: f64 = 1e5;
 /// Roundings of a place in a distance: of the sum over nodes, and of turning it into the tube's frame.
 const ROUNDINGS: f64 = 8.0;
+/// Distances and ways are rounded, far less than this; a bound that fails by rounding leaves out what is at the surface to rounding.
+const WAY_ROUNDING: f64 = 1e-9;
 /// Rounds of pressures, and steps in each, at most.
 const MOST_ROUNDS: usize = 20;
 const MOST_STEPS: usize = 30;
@@ -35,6 +37,8 @@ pub(super) struct Problem<'a> {
     pub(super) near: &'a Near,
     /// Where the points near the tube begin.
     pub(super) places: Vec<Vector3<f64>>,
+    /// Lower bounds of their distances there.
+    pub(super) clearances: Vec<f64>,
     pub(super) around: &'a Around<'a>,
     /// How the step without contact moves them, three each.
     pub(super) free: Vec<f64>,
@@ -101,9 +105,13 @@ impl Problem<'_> {
 
     /// The distance of a point, left out where it presses neither by `pressure` nor by depth.
     fn distance(&self, k: usize, moved: &[f64], pressure: f64) -> Option<Distance> {
-        let at = self.places[k] + Vector3::from_column_slice(&moved[3 * k..3 * k + 3]);
+        let way = Vector3::from_column_slice(&moved[3 * k..3 * k + 3]);
+        // A distance changes by no more than the way: most points are out of reach whatever a round does.
+        if pressure <= 0.0 && self.clearances[k] > (1.0 + WAY_ROUNDING) * way.norm() {
+            return None;
+        }
         let most = if pressure > 0.0 { f64::INFINITY } else { 0.0 };
-        self.around.within(self.with(k), &at, most)
+        self.around.within(self.with(k), &(self.places[k] + way), most)
     }
 
     /// The work of `b` on a step.
@@ -142,9 +150,8 @@ impl Pushed {
 impl Reduced {
     /// The step that balances the model without depth, or as far as rounds and steps led towards it; pressures are those
     /// of the last round. `None` where it is not finite.
-    pub(super) fn solve(&mut self, problem: &Problem<'_>, wanted: &Wanted) -> Option<Pushed> {
-        let (count, w) = (problem.len(), problem.near.compliance());
-        let mean = w.trace() / (3 * count).max(1) as f64;
+    pub(super) fn solve(&mut self, problem: &Problem<'_>, active: &mut Active, wanted: &Wanted) -> Option<Pushed> {
+        let (count, mean) = (problem.len(), problem.near.mean());
         // Points that nothing moves have nothing to solve for.
         if !(mean > 0.0 && mean.is_finite()) {
             return (mean == 0.0).then(|| Pushed::none(3 * count, 1.0));
@@ -158,7 +165,7 @@ impl Reduced {
         for _ in 0..MOST_ROUNDS {
             let (floor, steps) = (self.rounding(problem), self.steps);
             // Forces that do not balance all the way still lead on: the energy of the whole decides how far.
-            if self.balance(problem, force.max(floor), &mut at).is_none() {
+            if self.balance(problem, active, force.max(floor), &mut at).is_none() {
                 break;
             }
             let (change, depth) = self.update(problem, &at.step.moved);
@@ -187,7 +194,7 @@ impl Reduced {
     }
 
     /// Newton's method with these pressures.
-    fn balance(&mut self, problem: &Problem<'_>, force: f64, at: &mut At) -> Option<()> {
+    fn balance(&mut self, problem: &Problem<'_>, active: &mut Active, force: f64, at: &mut At) -> Option<()> {
         for _ in 0..MOST_STEPS {
             // No step at all would leave what contact has no part in, however little that is.
             if at.off <= force && at.step.part > 0.0 {
@@ -195,7 +202,7 @@ impl Reduced {
             }
             // Forces that are small enough cost no step: rounds near the end are updates of pressures alone.
             self.steps += 1;
-            let step = self.newton(problem, at)?;
+            let step = self.newton(problem, active, at)?;
             let slope = -problem.work_of(&step) * (1.0 - at.step.part) - dot(&at.free, &step.moved);
             *at = (0..MOST_HALVINGS as i32).find_map(|k| {
                 let t = 0.5_f64.powi(k);
@@ -234,25 +241,44 @@ impl Reduced {
     }
 
     /// Newton's step: with the bend of the tube, or where that leaves no definite matrix without it.
-    fn newton(&mut self, problem: &Problem<'_>, at: &At) -> Option<Pushed> {
-        let (pressures, stiffness) = (&self.pressures, self.stiffness);
-        let pressing = || {
-            pressures.iter().enumerate().filter_map(|(k, old)| {
-                let distance = problem.distance(k, &at.step.moved, *old)?;
-                let pressure = old - stiffness * distance.value;
-                let area = problem.area(k);
-                (pressure > 0.0).then_some((k, distance, area * stiffness, area * pressure))
-            })
-        };
+    fn newton(&mut self, problem: &Problem<'_>, active: &mut Active, at: &At) -> Option<Pushed> {
+        let (near, part) = (problem.near, 1.0 - at.step.part);
+        let mut pressing = Vec::new();
+        for (k, old) in self.pressures.iter().enumerate() {
+            if let Some(distance) = problem.distance(k, &at.step.moved, *old) {
+                let (pressure, area) = (old - self.stiffness * distance.value, problem.area(k));
+                if pressure > 0.0 {
+                    let number = active.take(near, k);
+                    pressing.push((number, distance, area * self.stiffness, area * pressure));
+                }
+            }
+        }
+        // Points that a force was on before and is on no more.
+        for (k, free) in at.free.chunks_exact(3).enumerate() {
+            if free.iter().any(|f| *f != 0.0) {
+                active.take(near, k);
+            }
+        }
         let pressed = &mut self.pressed;
-        let definite = |bent: &bool| pressed.take(pressing(), *bent, problem.near.compliance());
-        [true, false].iter().any(definite).then(|| {
-            let part = 1.0 - at.step.part;
-            let (mut forces, mut moved) = (at.free.clone(), problem.near.moved(&at.free));
-            moved.iter_mut().zip(&problem.free).for_each(|(m, d)| *m += part * d);
-            self.pressed.hold(&mut forces, &mut moved);
-            Pushed { part, forces, moved }
-        })
+        let mut definite = |bent: &bool| pressed.take(pressing.iter().copied(), *bent, active);
+        if ![true, false].iter().any(&mut definite) {
+            return None;
+        }
+        let mut forces = at.free.clone();
+        let mut held = active.of_all(&forces);
+        let mut moved = active.moved(&held);
+        for (moved, k) in moved.iter_mut().zip(active.points()) {
+            *moved += Vector3::from_column_slice(&problem.free[3 * k..3 * k + 3]) * part;
+        }
+        for (number, spring) in self.pressed.holding(&moved) {
+            held[number] -= spring;
+        }
+        for (force, k) in held.iter().zip(active.points()) {
+            forces[3 * k..3 * k + 3].copy_from_slice(force.as_slice());
+        }
+        let mut moved = active.moved_all(near, &held);
+        moved.iter_mut().zip(&problem.free).for_each(|(m, d)| *m += part * d);
+        Some(Pushed { part, forces, moved })
     }
 
     /// Pressures become what the depths made of them: the length of the change of the forces, and the depth.

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::Frames;
-use super::near::Near;
+use super::near::{Active, Near};
 use super::pressed::Pressed;
 use crate::space::tube::Distance;
 
@@ -51,7 +51,7 @@ impl Pressing {
 /// Points that press, held at what they press.
 struct Held<'a> {
     pressing: &'a [Pressing],
-    near: &'a Near,
+    active: Active,
     springs: Pressed,
     /// Stress by length.
     stiff: f64,
@@ -112,16 +112,19 @@ impl<'a> Held<'a> {
     /// Far stiffer than in a search: a derivative takes one linear solution, and what is left falls by this ratio each round. `None` where that is not
     /// positive definite.
     fn new(pressing: &'a [Pressing], near: &'a Near) -> Option<Self> {
-        let w = near.compliance();
+        let mut active = Active::default();
+        // As many numbers as points press, in their order.
+        let numbers: Vec<usize> = pressing.iter().map(|p| active.take(near, p.point)).collect();
         let mean_area = pressing.iter().map(|p| p.area).sum::<f64>() / pressing.len() as f64;
-        let stiff = STIFFNESS_PART * w.nrows() as f64 / (w.trace() * mean_area);
+        let stiff = STIFFNESS_PART / (near.mean() * mean_area);
         let each = pressing
             .iter()
-            .map(|p| (p.point, p.distance, stiff * p.area, p.pressure * p.area));
+            .zip(numbers)
+            .map(|(p, number)| (number, p.distance, stiff * p.area, p.pressure * p.area));
         let mut springs = Pressed::default();
-        springs.take(each, true, w).then_some(Self {
+        springs.take(each, true, &active).then_some(Self {
             pressing,
-            near,
+            active,
             springs,
             stiff,
         })
@@ -133,19 +136,20 @@ impl<'a> Held<'a> {
         let ways = self.pressing.iter().map(|p| p.carried(motion).norm());
         let most = ways.fold(0.0, f64::max);
         for _ in 0..MOST_ROUNDS {
-            let mut forces = vec![0.0; self.near.compliance().nrows()];
-            for (p, more) in self.pressing.iter().zip(&more) {
+            let mut forces = vec![Vector3::zeros(); self.pressing.len()];
+            for ((p, more), force) in self.pressing.iter().zip(&more).zip(&mut forces) {
                 let normal = p.distance.gradient;
                 // With the point at rest; what its own way adds is in the springs.
                 let pushed = p.turned(motion, &Vector3::zeros()) * p.pressure
                     + normal * (more + self.stiff * normal.dot(&p.carried(motion)));
-                forces[3 * p.point..3 * p.point + 3].copy_from_slice((pushed * p.area).as_slice());
+                *force = pushed * p.area;
             }
             // Points follow the tube by a spring each, as stiff as that, and by what pressures have gained.
-            let mut all = self.near.moved(&forces);
-            self.springs.hold(&mut forces, &mut all);
-            let at = |p: &Pressing| Vector3::from_column_slice(&all[3 * p.point..3 * p.point + 3]);
-            let moved: Vec<Vector3<f64>> = self.pressing.iter().map(at).collect();
+            let free = self.active.moved(&forces);
+            for (number, held) in self.springs.holding(&free) {
+                forces[number] -= held;
+            }
+            let moved = self.active.moved(&forces);
             let mut left = 0.0_f64;
             for ((p, more), moved) in self.pressing.iter().zip(&mut more).zip(&moved) {
                 let gap = p.distance.gradient.dot(&(moved - p.carried(motion)));

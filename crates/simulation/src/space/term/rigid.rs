@@ -27,6 +27,10 @@ impl Rigid for Tube {
         Tube::signed_distance(self, x)
     }
 
+    fn clearance(&self, x: &Vector3<f64>) -> f64 {
+        self.distance(x)
+    }
+
     fn radius(&self) -> f64 {
         self.least_radius()
     }

@@ -73,6 +73,36 @@ fn the_same_poses_give_the_same_bits_with_a_second_thread() {
 }
 
 #[test]
+fn poses_in_their_order_give_the_same_bits_whenever_the_second_thread_is_done() {
+    // In, aside, out, at once farther than a part of a way is long, and held; with rest where the tube is free.
+    let poses: Vec<_> = (1..=40)
+        .map(|k| {
+            let t = f64::from(k);
+            let depth = if k % 13 == 0 { -4.0 } else { 6.0 * (0.3 * t).sin() };
+            pose(depth, 2.0 * (0.7 * t).cos(), 0.01 * (t % 3.0))
+        })
+        .collect();
+    let run = |pause: &dyn Fn(usize) -> u64| {
+        let mut frames = frames(COARSE, 0.45, 25.0, Settings::default());
+        let each = poses.iter().enumerate().map(|(k, pose)| {
+            // A factor that was asked for is done long before it is due, or not yet begun.
+            std::thread::sleep(std::time::Duration::from_millis(pause(k)));
+            let resting = if frames.is_free() { frames.rest(pose) } else { None };
+            let found = resting.unwrap_or_else(|| frames.frame(pose));
+            let bits: Vec<u64> = frames.state().iter().map(|u| u.to_bits()).collect();
+            (found, bits)
+        });
+        each.collect::<Vec<_>>()
+    };
+    let (lockstep, slow, uneven) = (run(&|_| 0), run(&|_| 30), run(&|k| [0, 60, 3][k * 7 % 3]));
+    // New factors were taken up, and where that was is part of what must agree.
+    assert!(lockstep.last().is_some_and(|(found, _)| found.factor > 4));
+    for (k, one) in lockstep.iter().enumerate() {
+        assert!(*one == slow[k] && *one == uneven[k], "{k}: {:?} {:?}", one.0, slow[k].0);
+    }
+}
+
+#[test]
 fn a_tube_that_jumps_is_walked_there_and_says_so() {
     let mut frames = frames(
         COARSE,
