@@ -18,6 +18,7 @@ mod foreign;
 mod grid;
 mod input_files;
 mod live;
+mod offline;
 mod poses;
 mod refusal;
 mod register;
@@ -48,7 +49,9 @@ pub use commands::probe::{
 };
 pub use grid::{ReadImageError, read_image};
 pub use live::{Delivered, Follow, FollowMarkers, Seen};
+pub use offline::{Heard, OfflineError};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,
 };
+pub use steps::hand as practice;
