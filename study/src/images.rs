@@ -75,10 +75,11 @@ impl Images {
 fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Result<(), Words> {
     // 16 hexadecimal digits are a seed.
     let seed = u64::from_str_radix(key, 16)?;
-    let ct = patient::write(folder, &stratum.dials.ct, metal, seed)?;
+    let ct = patient::write(folder, &stratum.dials, metal, seed)?;
     let (volume, out) = (ct.to_string_lossy(), folder.join("beads.json"));
     let out = out.to_string_lossy();
-    let found = answer(["calib", "beads", &volume, "--out", &out], HANDS);
+    let radius = (0.5 * stratum.dials.bead_mm).to_string();
+    let found = answer(["calib", "beads", &volume, "--radius-mm", &radius, "--out", &out], HANDS);
     // Tens of megabytes that can be made again, and that the beads' file has the hash of.
     fs::remove_file(&ct)?;
     found.map(drop).map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
@@ -89,7 +90,7 @@ fn key(stratum: &Stratum, image: u64, metal: &[Point<Ct>]) -> String {
     let ct = stratum.dials.ct;
     let mut hash = blake3::Hasher::new();
     hash.update(&mix(stratum.seed ^ mix(image)).to_le_bytes());
-    for number in ct.spacing_mm.into_iter().chain([ct.noise_hu]) {
+    for number in ct.spacing_mm.into_iter().chain([ct.noise_hu, stratum.dials.bead_mm]) {
         hash.update(&number.to_le_bytes());
     }
     for bead in metal {

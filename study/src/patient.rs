@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use geometry::{Ct, Point};
 use phantom::Phantom;
 
-use crate::plan::{Beads, Ct as CtDials};
+use crate::plan::{Beads, Dials};
 pub(crate) use scan::Scan;
 
 /// The patient of all studies.
@@ -56,7 +56,7 @@ pub(crate) fn touched(beads: &Beads) -> usize {
 ///
 /// # Errors
 /// In words: a disk that is full, a grid that cannot be.
-pub(crate) fn write(folder: &Path, dials: &CtDials, metal: &[Point<Ct>], seed: u64) -> Result<PathBuf, String> {
+pub(crate) fn write(folder: &Path, dials: &Dials, metal: &[Point<Ct>], seed: u64) -> Result<PathBuf, String> {
     let path = folder.join("ct.mha");
     let mut scan = Scan::new(patient(), dials, metal, seed).map_err(|error| error.to_string())?;
     let options = volume_loader::WriteOptions { compress: false };

@@ -46,6 +46,8 @@ pub struct Dials {
     pub ct: Ct,
     /// What is touched to register.
     pub beads: Beads,
+    /// The diameter of all beads on the skin: balls of metal.
+    pub bead_mm: f64,
     /// The balls of emitters on tool and patient.
     pub marker: Marker,
     /// Who sees them.

@@ -6,18 +6,16 @@ use phantom::Phantom;
 use volume_loader::source::{Conversion, ReadError, VoxelSource};
 
 use super::erf::erf;
-use crate::plan::Ct as CtDials;
+use crate::plan::Dials;
 
-/// Of a bead, mm.
-const RADIUS_MM: f64 = 1.0;
 /// Its metal, HU.
 const METAL_HU: f64 = 14_000.0;
 /// Deviation of the scanner's blur, mm.
 const BLUR_MM: f64 = 0.45;
 /// Where the scanner clips, HU.
 const CLIP_HU: f64 = 3071.0;
-/// Beyond this a bead's share is below 1e-12: its radius and seven deviations, mm.
-const REACH_MM: f64 = RADIUS_MM + 7.0 * BLUR_MM;
+/// So far beyond its surface a bead's share is below 1e-12: seven deviations, mm.
+const FADE_MM: f64 = 7.0 * BLUR_MM;
 /// Layers that a slice's thickness is averaged over; a millimetre or less each up to slices of 9 mm.
 const LAYERS: u32 = 9;
 
@@ -26,6 +24,8 @@ pub(crate) struct Scan {
     patient: Phantom,
     grid: VolumeGrid,
     metal: Vec<Point<Ct>>,
+    /// Of each bead, mm.
+    radius_mm: f64,
     noise_hu: f64,
     seed: u64,
 }
@@ -35,16 +35,18 @@ impl Scan {
     ///
     /// # Errors
     /// [`GridError`].
-    pub(crate) fn new(patient: Phantom, dials: &CtDials, metal: &[Point<Ct>], seed: u64) -> Result<Self, GridError> {
-        let grid = patient.grid(dials.spacing_mm)?;
+    pub(crate) fn new(patient: Phantom, dials: &Dials, metal: &[Point<Ct>], seed: u64) -> Result<Self, GridError> {
+        let (spacing_mm, noise_hu) = (dials.ct.spacing_mm, dials.ct.noise_hu);
+        let grid = patient.grid(spacing_mm)?;
         let (map, chance) = (grid.ct_from_voxel(), Chance::new(seed, 0));
-        let [x, y, z] = [0, 1, 2].map(|k| map.rows()[k][3] + dials.spacing_mm[k] * (chance.uniform(k as u64) - 0.5));
+        let [x, y, z] = [0, 1, 2].map(|k| map.rows()[k][3] + spacing_mm[k] * (chance.uniform(k as u64) - 0.5));
         let moved = Affine::from_steps(Point::new(x, y, z), [0, 1, 2].map(|axis| map.step(axis)));
         Ok(Self {
             grid: VolumeGrid::checked(grid.dims().map(i64::from), moved)?,
             patient,
             metal: metal.to_vec(),
-            noise_hu: dials.noise_hu,
+            radius_mm: 0.5 * dials.bead_mm,
+            noise_hu,
             seed,
         })
     }
@@ -54,7 +56,7 @@ impl Scan {
         let thick = self.grid.ct_from_voxel().step(2);
         let layer = |k: u32| {
             let off = (f64::from(k) + 0.5) / f64::from(LAYERS) - 0.5;
-            share(bead.distance(p + thick * off))
+            share(bead.distance(p + thick * off), self.radius_mm)
         };
         (0..LAYERS).map(layer).sum::<f64>() / f64::from(LAYERS)
     }
@@ -73,9 +75,9 @@ impl Scan {
     }
 }
 
-/// (1) of [the module](super).
-fn share(d: f64) -> f64 {
-    let (r, s) = (RADIUS_MM, BLUR_MM);
+/// (1) of [the module](super), of a bead of radius `r`.
+fn share(d: f64, r: f64) -> f64 {
+    let s = BLUR_MM;
     // At the centre the second term is a difference quotient; here it is off by less than 1e-9.
     let d = d.max(1e-4);
     let root = s * std::f64::consts::SQRT_2;
@@ -101,7 +103,8 @@ impl VoxelSource for Scan {
         self.patient.fill_slice(&self.grid, k, out);
         let (map, [nx, _, _], spacing) = (self.grid.ct_from_voxel(), self.grid.dims(), self.grid.spacing_mm());
         // The axes are the patient's: a bead is seen within its reach, and half a slice along z.
-        let reach = [REACH_MM, REACH_MM, REACH_MM + 0.5 * spacing[2]];
+        let far = self.radius_mm + FADE_MM;
+        let reach = [far, far, far + 0.5 * spacing[2]];
         let chance = Chance::new(mix(self.seed ^ mix(1)), u64::from(k));
         let [ox, oy, oz] = map.rows().map(|row| row[3]);
         let slice = oz + spacing[2] * f64::from(k);
@@ -144,20 +147,21 @@ mod tests {
     #[test]
     fn a_blurred_ball_has_the_ball_s_volume() {
         let n = 40_000;
-        let step = REACH_MM / f64::from(n);
+        let r = 1.0;
+        let step = (r + FADE_MM) / f64::from(n);
         let shell = |k: i32| {
             let d = (f64::from(k) + 0.5) * step;
-            4.0 * std::f64::consts::PI * d * d * share(d) * step
+            4.0 * std::f64::consts::PI * d * d * share(d, r) * step
         };
         let volume: f64 = (0..n).map(shell).sum();
-        let ball = 4.0 / 3.0 * std::f64::consts::PI * RADIUS_MM.powi(3);
+        let ball = 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
         // The midpoint rule's error is of the order of the step's square, 1e-8; what lies beyond the reach is below 1e-10.
         assert!((volume / ball - 1.0).abs() < 1e-6, "{volume} {ball}");
         // At the centre the closed form's limit: erf(r / (s sqrt 2)) - sqrt(2 / pi) r / s exp(-r^2 / (2 s^2)).
-        let (r, s) = (RADIUS_MM, BLUR_MM);
+        let s = BLUR_MM;
         let limit = erf(r / (s * 2.0_f64.sqrt()))
             - (2.0 / std::f64::consts::PI).sqrt() * r / s * (-0.5 * (r / s).powi(2)).exp();
-        assert!((share(0.0) - limit).abs() < 1e-6, "{} {limit}", share(0.0));
+        assert!((share(0.0, r) - limit).abs() < 1e-6, "{} {limit}", share(0.0, r));
     }
 
     #[test]
@@ -176,12 +180,9 @@ mod tests {
     fn a_bead_lies_where_it_is_said_to_lie() {
         let patient = super::super::patient();
         let bead = patient.beads()[0].centre;
-        let dials = CtDials {
-            spacing_mm: [0.9, 0.8, 2.0],
-            noise_hu: 0.0,
-            images: 1,
-        };
-        let scan = Scan::new(patient, &dials, &[bead], 5).unwrap();
+        let text = "[[stratum]]\nname = \"a\"\nct = { spacing_mm = [0.9, 0.8, 2.0], noise_hu = 0.0 }";
+        let plan = crate::plan::Plan::of_texts([(std::path::Path::new("a.toml"), text)]).unwrap();
+        let scan = Scan::new(patient, &plan.strata[0].dials, &[bead], 5).unwrap();
         let map = scan.grid.ct_from_voxel();
         let [nx, ny, nz] = scan.grid.dims();
         let (mut sum, mut moment) = (0.0, Vector::new(0.0, 0.0, 0.0));
@@ -189,7 +190,7 @@ mod tests {
             for j in 0..ny {
                 for i in 0..nx {
                     let p = map * Point::new(f64::from(i), f64::from(j), f64::from(k));
-                    if bead.distance(p) < REACH_MM + 1.0 {
+                    if bead.distance(p) < scan.radius_mm + FADE_MM + 1.0 {
                         let share = scan.share(bead, p);
                         (sum, moment) = (sum + share, moment + (p - bead) * share);
                     }

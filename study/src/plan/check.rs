@@ -94,6 +94,12 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
         targets: targets(at, own.targets.as_ref().or(all.targets.as_ref()))?,
         radius_mm: at.within("radius_mm", [own.radius_mm, all.radius_mm], 5.0, 0.5..=50.0)?,
         beads: beads(at, &own.beads, &all.beads)?,
+        bead_mm: at.within(
+            "beads.diameter_mm",
+            [own.beads.diameter_mm, all.beads.diameter_mm],
+            2.0,
+            1.0..=6.0,
+        )?,
         marker: marker(at, own, all)?,
         localizer: localizer(at, own, all)?,
         calibration: calibration(at, own, all)?,

@@ -48,6 +48,7 @@ pub(super) struct RawCt {
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct RawBeads {
+    pub(super) diameter_mm: Option<f64>,
     pub(super) touched: Option<u64>,
     pub(super) places: Option<String>,
     pub(super) at_mm: Option<Vec<[f64; 3]>>,
