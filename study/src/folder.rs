@@ -33,7 +33,9 @@ pub enum FolderError {
     #[error("{0} is not empty and holds no study; give --out a folder of its own")]
     Foreign(PathBuf),
     /// Of another version, or no study's file.
-    #[error("{path}: found {found}; this program goes on with format {FORMAT:?}, version {VERSION}. Give --out another folder")]
+    #[error(
+        "{path}: found {found}; this program goes on with format {FORMAT:?}, version {VERSION}. Give --out another folder"
+    )]
     Version {
         /// `study.json`.
         path: PathBuf,
@@ -41,7 +43,9 @@ pub enum FolderError {
         found: String,
     },
     /// Of other study files.
-    #[error("{path} is of another study ({found}) than these files ({expected}): they were changed, or are others. Give --out another folder")]
+    #[error(
+        "{path} is of another study ({found}) than these files ({expected}): they were changed, or are others. Give --out another folder"
+    )]
     Other {
         /// `study.json`.
         path: PathBuf,
@@ -100,7 +104,12 @@ impl Folder {
         fs::create_dir_all(path).map_err(io_at(path))?;
         let about = about(path, plan)?;
         let place = path.join(LINES);
-        let mut lines = OpenOptions::new().read(true).create(true).append(true).open(&place).map_err(io_at(&place))?;
+        let mut lines = OpenOptions::new()
+            .read(true)
+            .create(true)
+            .append(true)
+            .open(&place)
+            .map_err(io_at(&place))?;
         let text = scene::file::read_text(&place, MAX_BYTES).map_err(|error| FolderError::Line {
             path: place.clone(),
             line: 1,
@@ -109,7 +118,9 @@ impl Folder {
         let (rows, done, bytes) = whole(&place, &text, plan)?;
         if bytes == 0 {
             lines.set_len(0).map_err(io_at(&place))?;
-            lines.write_all(format!("{HEADER}\n").as_bytes()).map_err(io_at(&place))?;
+            lines
+                .write_all(format!("{HEADER}\n").as_bytes())
+                .map_err(io_at(&place))?;
         } else {
             lines.set_len(bytes as u64).map_err(io_at(&place))?;
         }
@@ -130,7 +141,9 @@ impl Folder {
     /// Appends the lines of the next operation in one go.
     pub(crate) fn append(&mut self, rows: Vec<Row>) -> Result<(), FolderError> {
         let text: String = rows.iter().map(Row::line).collect();
-        self.lines.write_all(text.as_bytes()).map_err(io_at(&self.path.join(LINES)))?;
+        self.lines
+            .write_all(text.as_bytes())
+            .map_err(io_at(&self.path.join(LINES)))?;
         self.rows.extend(rows);
         self.done += 1;
         Ok(())
@@ -152,7 +165,9 @@ fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
             files: plan.files.clone(),
             operations: plan.operations(),
         };
-        let text = serde_json::to_string_pretty(&about).map_err(io::Error::other).map_err(io_at(&path))?;
+        let text = serde_json::to_string_pretty(&about)
+            .map_err(io::Error::other)
+            .map_err(io_at(&path))?;
         let beside = tempfile::NamedTempFile::new_in(folder.parent().unwrap_or(folder)).map_err(io_at(&path))?;
         fs::write(beside.path(), text + "\n").map_err(io_at(&path))?;
         beside.persist(&path).map_err(|error| io_at(&path)(error.error))?;

@@ -79,10 +79,15 @@ fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Res
     let (volume, out) = (ct.to_string_lossy(), folder.join("beads.json"));
     let out = out.to_string_lossy();
     let radius = (0.5 * stratum.dials.bead_mm).to_string();
-    let found = answer(["calib", "beads", &volume, "--radius-mm", &radius, "--out", &out], HANDS);
+    let found = answer(
+        ["calib", "beads", &volume, "--radius-mm", &radius, "--out", &out],
+        HANDS,
+    );
     // Tens of megabytes that can be made again, and that the beads' file has the hash of.
     fs::remove_file(&ct)?;
-    found.map(drop).map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
+    found
+        .map(drop)
+        .map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
 }
 
 /// The first digits of the hash of all that the voxels follow from.

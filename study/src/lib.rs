@@ -32,5 +32,7 @@ pub mod statistics;
 mod steps;
 mod truth;
 
+pub use truth::LINKS;
+
 /// Why something was not done, in words for a person.
 type Words = Box<dyn std::error::Error + Send + Sync>;

@@ -37,14 +37,23 @@ struct Ready {
 pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &Path) -> Vec<Row> {
     let name = blake3::hash(stratum.name.as_bytes());
     // The first bytes of the name's hash: strata of one seed draw apart.
-    let of_name = name.as_bytes().iter().take(8).fold(0_u64, |all, byte| (all << 8) | u64::from(*byte));
+    let of_name = name
+        .as_bytes()
+        .iter()
+        .take(8)
+        .fold(0_u64, |all, byte| (all << 8) | u64::from(*byte));
     let work = Work {
         stratum,
         seed: mix(stratum.seed ^ mix(of_name ^ mix(number))),
         folder,
     };
     let patient = patient();
-    let targets: Vec<Landmark> = stratum.dials.targets.iter().filter_map(|at| patient.targets().get(*at).cloned()).collect();
+    let targets: Vec<Landmark> = stratum
+        .dials
+        .targets
+        .iter()
+        .filter_map(|at| patient.targets().get(*at).cloned())
+        .collect();
     match ready(&work, number, images, &targets) {
         Ok(mut ready) => {
             let mut rows = Vec::new();
@@ -68,7 +77,9 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
 /// Everything before the first approach.
 fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) -> Result<Ready, Refused> {
     let dials = &work.stratum.dials;
-    let first = targets.first().map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
+    let first = targets
+        .first()
+        .map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
     let metal = metal(&patient(), &dials.beads);
     let examined = images.of(work.stratum, number, &metal).map_err(Refused::at(Step::Ct))?;
     let mut room = TrueRoom::new(work.stratum, work.seed).map_err(Refused::at(Step::Marker))?;
@@ -164,12 +175,23 @@ impl Ready {
         let from = self.room.next_frame();
         self.room.wait(longest_s(self.room.rate_hz()));
         let Some(task) = task(seed, target.centre, dials.radius_mm, (&self.quiet, from)) else {
-            return Row { step: "way".to_owned(), ..row };
+            return Row {
+                step: "way".to_owned(),
+                ..row
+            };
         };
         if let Some(why) = &self.refused {
             let why = why.replace(&*work.folder.to_string_lossy(), "");
             let told = at_target(&task).and_then(|pose| self.unmoved(pose, from, target.centre));
-            return self.judged(told, dials.check_max_mm, Row { step: Step::Check.word().to_owned(), why, ..row });
+            return self.judged(
+                told,
+                dials.check_max_mm,
+                Row {
+                    step: Step::Check.word().to_owned(),
+                    why,
+                    ..row
+                },
+            );
         }
         let done = approach(&task, (&self.room.localizer, &self.chain), dials, from);
         self.told(&done, target.centre, dials.understated, row)
@@ -195,7 +217,11 @@ impl Ready {
     fn told(&self, done: &Approached, target: Point<Ct>, times: f64, row: Row) -> Row {
         let outcome = done.outcome;
         let row = Row {
-            ended: if outcome.is_arrived { Ended::Arrived } else { Ended::GivenUp },
+            ended: if outcome.is_arrived {
+                Ended::Arrived
+            } else {
+                Ended::GivenUp
+            },
             miss_mm: outcome.miss_mm,
             time_s: outcome.time_s,
             strokes: outcome.strokes as u64,
@@ -226,7 +252,9 @@ fn with(told: &Told, predicted_mm: f64, row: Row) -> Row {
         tre_mm: length(told.error),
         predicted_mm,
         nees: told.nees,
-        links: told.links.map(|link| [length(link.found), link.predicted_rms_mm.unwrap_or(f64::NAN)]),
+        links: told
+            .links
+            .map(|link| [length(link.found), link.predicted_rms_mm.unwrap_or(f64::NAN)]),
         rest_mm: told.rest_mm(),
         ..row
     }

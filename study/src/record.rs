@@ -29,7 +29,10 @@ impl Ended {
 
     /// The word in the file.
     pub fn word(self) -> &'static str {
-        Self::ALL.iter().find(|(ended, _)| *ended == self).map_or("", |(_, word)| word)
+        Self::ALL
+            .iter()
+            .find(|(ended, _)| *ended == self)
+            .map_or("", |(_, word)| word)
     }
 }
 
@@ -94,7 +97,9 @@ impl Row {
             self.step.clone(),
             self.check.clone(),
             self.bump.clone(),
-            self.right.map_or("", |right| if right { "yes" } else { "no" }).to_owned(),
+            self.right
+                .map_or("", |right| if right { "yes" } else { "no" })
+                .to_owned(),
         ];
         let numbers = [self.tre_mm, self.predicted_mm, self.nees, self.miss_mm, self.time_s];
         fields.extend(numbers.map(number));
@@ -172,7 +177,11 @@ impl Row {
 
 /// The shortest digits that bring back every bit; nothing for what is no number.
 fn number(value: f64) -> String {
-    if value.is_finite() { value.to_string() } else { String::new() }
+    if value.is_finite() {
+        value.to_string()
+    } else {
+        String::new()
+    }
 }
 
 fn value(text: &str) -> Result<f64, String> {
@@ -214,7 +223,10 @@ mod tests {
         // Columns that do not exist come back as no number.
         assert!(back.links[1][1].is_nan() && back.links[4][1].is_nan());
         assert_eq!(back.line(), line);
-        assert_eq!((back.tre_mm, back.nees, back.links[5]), (row.tre_mm, row.nees, row.links[5]));
+        assert_eq!(
+            (back.tre_mm, back.nees, back.links[5]),
+            (row.tre_mm, row.nees, row.links[5])
+        );
         for broken in ["", "a,b", &line.replace("given-up", "gone"), &line.replace("800", "-1")] {
             assert!(Row::read(broken.trim_end()).is_err(), "{broken}");
         }

@@ -20,7 +20,8 @@ use crate::plan::{Dials, Stratum};
 const SETTLED_S: f64 = 1.4;
 /// Places in the room, mm: as in `config/practice/base.toml`.
 pub(crate) const DIVOT_MM: [f64; 3] = [260.0, -60.0, 0.0];
-const BASE: &str = "quaternion = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0], translation_mm = [280.0, -40.0, 60.0]";
+const BASE: &str =
+    "quaternion = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0], translation_mm = [280.0, -40.0, 60.0]";
 /// The tool's name, and its length from the tip to the handle, mm.
 pub(crate) const TOOL: &str = "mediastinoscope";
 pub(crate) const LENGTH_MM: f64 = 180.0;
@@ -116,7 +117,10 @@ impl TrueRoom {
     /// Frames of a tool that is held so in each of them.
     pub(crate) fn held(&mut self, poses: impl Iterator<Item = Rigid<Ct, Tool>>) -> Vec<Frame> {
         let from = self.next_frame();
-        let frames: Vec<Frame> = (from..).zip(poses).map(|(seq, pose)| self.localizer.frame_at(seq, pose)).collect();
+        let frames: Vec<Frame> = (from..)
+            .zip(poses)
+            .map(|(seq, pose)| self.localizer.frame_at(seq, pose))
+            .collect();
         self.now_s += frames.len() as f64 / self.rate_hz;
         frames
     }

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc;
-use std::time::Instant;
+
+use bus::clock::{monotonic_ns, ms};
 
 use crate::folder::{Folder, FolderError};
 use crate::images::Images;
@@ -50,7 +51,7 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
     let (before, total) = (folder.done, plan.operations());
     let images = Images::new(folder.file("images"));
     let next = AtomicU64::new(before);
-    let began = Instant::now();
+    let began = monotonic_ns();
     std::thread::scope(|scope| {
         let (send, received) = mpsc::channel::<(u64, std::io::Result<Vec<Row>>)>();
         for _ in 0..threads.max(1) {
@@ -58,7 +59,9 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
             scope.spawn(move || {
                 loop {
                     let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((stratum, number)) = plan.operation(at) else { break };
+                    let Some((stratum, number)) = plan.operation(at) else {
+                        break;
+                    };
                     let scratch = tempfile::Builder::new().prefix("trocar-study-").tempdir();
                     let rows = scratch.map(|scratch| operate(stratum, number, images, scratch.path()));
                     if send.send((at, rows)).is_err() {
@@ -79,7 +82,7 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
     Ok(Done {
         operations: [folder.done - before, before],
         rows: std::mem::take(&mut folder.rows),
-        took_s: began.elapsed().as_secs_f64(),
+        took_s: seconds_since(began),
     })
 }
 
@@ -88,7 +91,7 @@ fn gathered(
     folder: &mut Folder,
     received: &mpsc::Receiver<(u64, std::io::Result<Vec<Row>>)>,
     (before, total): (u64, u64),
-    began: Instant,
+    began: i64,
 ) -> Result<(), RunError> {
     let mut waiting = BTreeMap::new();
     let mut told_s = 0.0;
@@ -97,7 +100,7 @@ fn gathered(
         while let Some(rows) = waiting.remove(&folder.done) {
             folder.append(rows)?;
         }
-        let passed_s = began.elapsed().as_secs_f64();
+        let passed_s = seconds_since(began);
         if passed_s - told_s > TELL_S || folder.done == total {
             told_s = passed_s;
             tell(folder.done, before, total, passed_s);
@@ -106,10 +109,12 @@ fn gathered(
     Ok(())
 }
 
+fn seconds_since(began: i64) -> f64 {
+    ms(monotonic_ns() - began) / 1e3
+}
+
 fn tell(done: u64, before: u64, total: u64, passed_s: f64) {
     let here = done.saturating_sub(before).max(1) as f64;
     let left_s = passed_s / here * (total - done) as f64;
-    bus::stderr_line!(
-        "study: {done} of {total} operations; {passed_s:.0} s, about {left_s:.0} s to go"
-    );
+    bus::stderr_line!("study: {done} of {total} operations; {passed_s:.0} s, about {left_s:.0} s to go");
 }

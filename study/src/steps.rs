@@ -29,7 +29,7 @@ const TURNED_AT_MM: [f64; 3] = [0.0, -300.0, 100.0];
 
 /// A step of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Step {
+pub(crate) enum Step {
     /// The examination, and the beads in it.
     Ct,
     /// The tool's marker.
@@ -52,7 +52,7 @@ pub enum Step {
 
 impl Step {
     /// The word in `operations.csv`.
-    pub const fn word(self) -> &'static str {
+    pub(crate) const fn word(self) -> &'static str {
         match self {
             Self::Ct => "ct",
             Self::Marker => "marker",
@@ -135,8 +135,20 @@ impl Work<'_> {
         let [across, depth] = [localizer.across_mm, localizer.depth_mm].map(|mm| mm.to_string());
         let count = self.stratum.dials.marker.emitters.to_string();
         let words = [
-            "marker", &frames, "--sigma-mm", &across, "--depth-sigma-mm", &depth, "--emitters", &count, "--tool", TOOL,
-            "--marker", MARKER, "--out", &out,
+            "marker",
+            &frames,
+            "--sigma-mm",
+            &across,
+            "--depth-sigma-mm",
+            &depth,
+            "--emitters",
+            &count,
+            "--tool",
+            TOOL,
+            "--marker",
+            MARKER,
+            "--out",
+            &out,
         ];
         self.calib(Step::Marker, &words)?;
         let emitters = self.calibrated().map_err(&refused)?;
@@ -171,10 +183,17 @@ impl Work<'_> {
         let (touches, drawing, base) = (self.named("base.csv"), self.named("base.toml"), self.named("base.json"));
         let words = [&["base", &touches, "--drawing", &drawing, "--out", &base][..], &names].concat();
         self.calib(Step::Base, &words)?;
-        let seat = practice::seat(on_base::seat(&self.stratum.dials.calibration, Chance::new(self.seed, 12)));
+        let seat = practice::seat(on_base::seat(
+            &self.stratum.dials.calibration,
+            Chance::new(self.seed, 12),
+        ));
         self.recorded(Step::Seat, room, prepared, (&seat, SEATED_S), "seated.csv")?;
         let (poses, tool) = (self.named("seated.csv"), self.named("tool.json"));
-        let words = [&["seat", "--base", &base, "--poses", &poses, "--out", &tool][..], &names].concat();
+        let words = [
+            &["seat", "--base", &base, "--poses", &poses, "--out", &tool][..],
+            &names,
+        ]
+        .concat();
         self.calib(Step::Seat, &words).map(drop)
     }
 
@@ -261,21 +280,35 @@ impl Work<'_> {
         place: Point<Ct>,
     ) -> Result<String, Refused> {
         let failed = Refused::at(Step::Check);
-        let known = found(beads, place).ok_or_else(|| failed("the bead to be checked was not found in the CT".to_owned()))?;
+        let known =
+            found(beads, place).ok_or_else(|| failed("the bead to be checked was not found in the CT".to_owned()))?;
         let touch = practice::touch(place, 40);
         let touched = self
             .touch(room, prepared, &touch, ("known", "reference", "known.csv"), "tool.json")
             .map_err(Refused::at(Step::Check))?;
         let dials = &self.stratum.dials;
         // The deviation along an axis of the touch's own error, and how far a hand is off the point.
-        let stated = (touched.rms_mm() / 3.0_f64.sqrt()).hypot(dials.touch.stated_mm).to_string();
+        let stated = (touched.rms_mm() / 3.0_f64.sqrt())
+            .hypot(dials.touch.stated_mm)
+            .to_string();
         let (registration, most) = (self.named("registration.json"), dials.check_max_mm.to_string());
         let (known, touched) = (
             format!("--known={}", listed(known)),
             format!("--touched={}", listed(touched.point())),
         );
-        let words = ["check", &registration, &known, &touched, "--touch-mm", &stated, "--max-mm", &most, "--json"];
-        let said: serde_json::Value = serde_json::from_str(&self.calib(Step::Check, &words)?).map_err(Refused::at(Step::Check))?;
+        let words = [
+            "check",
+            &registration,
+            &known,
+            &touched,
+            "--touch-mm",
+            &stated,
+            "--max-mm",
+            &most,
+            "--json",
+        ];
+        let said: serde_json::Value =
+            serde_json::from_str(&self.calib(Step::Check, &words)?).map_err(Refused::at(Step::Check))?;
         Ok(said["verdict"].as_str().unwrap_or_default().to_owned())
     }
 }
@@ -292,7 +325,10 @@ fn found(beads: &BeadsFile, place: Point<Ct>) -> Option<Point<Ct>> {
 
 /// The true marker from the calibrated one: what lays the calibrated emitters best on the true ones. Frames of markers are
 /// each calibration's own, and mean nothing until they are held against the truth.
-pub(crate) fn true_from_calibrated(truth: &[Point<Marker>], found: &[Point<Marker>]) -> Result<Rigid<Marker, Marker>, Words> {
+pub(crate) fn true_from_calibrated(
+    truth: &[Point<Marker>],
+    found: &[Point<Marker>],
+) -> Result<Rigid<Marker, Marker>, Words> {
     let pairs = Pairs::new(truth, found).map_err(|refused| refused.to_string())?;
     let fitted = fit(pairs, Method::HornQuaternion).map_err(|refused| refused.to_string())?;
     Ok(fitted.transform)

@@ -88,8 +88,13 @@ pub(crate) fn told(
     let (b, m) = (seen.tracker_from_reference?, seen.tracker_from_marker);
     let (r, t) = (truth.ct_from_reference, truth.marker_from_tool);
     let tool = &chain.marker_from_tool;
-    let (b_seen, m_seen) = (reference_pose(chain, &registration, seen)?, marker_pose(chain, &seen.tool)?);
-    let m_quiet = marker_pose(chain, &both(&quiet.tool, &seen.tool))?.transform.transform();
+    let (b_seen, m_seen) = (
+        reference_pose(chain, &registration, seen)?,
+        marker_pose(chain, &seen.tool)?,
+    );
+    let m_quiet = marker_pose(chain, &both(&quiet.tool, &seen.tool))?
+        .transform
+        .transform();
     let q = r * b.inverse();
     let error = |a: Rigid<Ct, Ct>| ((a * target) - target).mm();
     let whole = error(pose.transform() * seen.ct_from_tool.inverse());
@@ -99,7 +104,10 @@ pub(crate) fn told(
     let outer = registration.transform() * b_hat.inverse();
     let at_tool = pose.transform().inverse() * target;
     let links = [
-        stated(error(registration.transform() * truth.registered.inverse()), registration * (registration.transform().inverse() * target)),
+        stated(
+            error(registration.transform() * truth.registered.inverse()),
+            registration * (registration.transform().inverse() * target),
+        ),
         unstated(error(truth.registered * r.inverse())),
         stated(
             error(r * b_hat.inverse() * b * r.inverse()),
@@ -189,7 +197,8 @@ mod tests {
 
     #[test]
     fn a_shift_is_along_x_of_the_outer_frame() {
-        let at = Rigid::<Ct, Tracker>::from_rotation_vector(Vector::new(0.3, 0.2, 0.1), Vector::new(1.0, 2.0, 3.0)).unwrap();
+        let at =
+            Rigid::<Ct, Tracker>::from_rotation_vector(Vector::new(0.3, 0.2, 0.1), Vector::new(1.0, 2.0, 3.0)).unwrap();
         let moved = shifted(Uncertain::from(at), 1.5).unwrap();
         let p = Point::new(10.0, -20.0, 30.0);
         let off = (moved.transform() * p) - (at * p);

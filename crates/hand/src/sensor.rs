@@ -19,10 +19,5 @@ pub trait Sensor {
     /// across its way.
     ///
     /// The same for the same arguments, always: pictures are asked for more than once. `None` where nothing was measured.
-    fn measured(
-        &self,
-        frame: u64,
-        t_s: f64,
-        truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>,
-    ) -> Option<Measured>;
+    fn measured(&self, frame: u64, t_s: f64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) -> Option<Measured>;
 }

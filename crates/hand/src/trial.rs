@@ -49,12 +49,7 @@ pub fn perform(task: &Task, reader: &mut impl Reader, conditions: &Conditions) -
 
 /// The same where `sensor` measures the tube: the errors of the conditions are then not used. Where it has nothing to show
 /// she waits.
-pub fn perform_with(
-    task: &Task,
-    reader: &mut impl Reader,
-    conditions: &Conditions,
-    sensor: &impl Sensor,
-) -> Outcome {
+pub fn perform_with(task: &Task, reader: &mut impl Reader, conditions: &Conditions, sensor: &impl Sensor) -> Outcome {
     let mut trial = Trial {
         task,
         conditions,

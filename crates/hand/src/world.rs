@@ -60,12 +60,7 @@ impl<'a> Drawn<'a> {
 }
 
 impl Sensor for Drawn<'_> {
-    fn measured(
-        &self,
-        frame: u64,
-        t_s: f64,
-        truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>,
-    ) -> Option<Measured> {
+    fn measured(&self, frame: u64, t_s: f64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) -> Option<Measured> {
         let pose = truly(t_s)?;
         let tip = pose * geometry::Point::<Tool>::new(0.0, 0.0, 0.0);
         let noise = self.errors.of_frame(tip, Chance::new(self.task.seed, FRAMES + frame));

@@ -180,7 +180,7 @@ mod tests {
     fn a_bead_lies_where_it_is_said_to_lie() {
         let patient = super::super::patient();
         let bead = patient.beads()[0].centre;
-        let text = "[[stratum]]\nname = \"a\"\nct = { spacing_mm = [0.9, 0.8, 2.0], noise_hu = 0.0 }";
+        let text = "[[stratum]]\nname = \"a\"\nct = { spacing_mm = [0.9, 0.8, 0.6], noise_hu = 0.0 }";
         let plan = crate::plan::Plan::of_texts([(std::path::Path::new("a.toml"), text)]).unwrap();
         let scan = Scan::new(patient, &plan.strata[0].dials, &[bead], 5).unwrap();
         let map = scan.grid.ct_from_voxel();
@@ -198,8 +198,8 @@ mod tests {
             }
         }
         let off = moment * (1.0 / sum);
-        // Sums over a grid of a function blurred by 0.45 mm are as exact as its spectrum at the grid's own frequency is small: along z,
-        // a bell of 0.45 mm and a box of 2 mm leave nothing at that frequency, across exp(-2 (pi 0.45 / 0.9)^2) = 0.007 of the bead.
+        // A centre of samples s apart is off by what the spectrum's slope leaves at their own frequency: of a bell of deviation b at most
+        // 4 pi b^2 / s exp(-2 (pi b / s)^2), 0.02 mm for 0.9; of means over slices of 0.6 mm at most 0.6 / pi exp(-2 (pi b / 0.6)^2), 3e-6.
         assert!(off.norm() < 0.02, "{off:?}");
     }
 }

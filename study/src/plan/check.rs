@@ -37,7 +37,13 @@ impl At<'_> {
     }
 
     /// The stratum's own value, else that of all, else the usual one, within a range.
-    fn within<T>(&self, key: &str, [own, all]: [Option<T>; 2], usual: T, range: RangeInclusive<T>) -> Result<T, PlanError>
+    fn within<T>(
+        &self,
+        key: &str,
+        [own, all]: [Option<T>; 2],
+        usual: T,
+        range: RangeInclusive<T>,
+    ) -> Result<T, PlanError>
     where
         T: PartialOrd + Display + Debug + Copy,
     {
@@ -64,7 +70,11 @@ pub(super) fn strata(path: &Path, text: &str) -> Result<Vec<Stratum>, PlanError>
     }
     let all = &raw.all;
     if all.name.is_some() || all.operations.is_some() {
-        return Err(of_file.wrong("all", "name or operations", "strata have names; operations of all stand at the top"));
+        return Err(of_file.wrong(
+            "all",
+            "name or operations",
+            "strata have names; operations of all stand at the top",
+        ));
     }
     raw.stratum.iter().map(|one| stratum(path, &raw, one)).collect()
 }
@@ -145,7 +155,9 @@ fn targets(at: &At<'_>, names: Option<&Vec<String>>) -> Result<Vec<usize>, PlanE
     for name in names {
         let place = known.iter().position(|one| one == name);
         let place = place.filter(|place| !found.contains(place));
-        found.push(place.ok_or_else(|| at.wrong("targets", name, format!("each of {} at most once", known.join(", "))))?);
+        found.push(
+            place.ok_or_else(|| at.wrong("targets", name, format!("each of {} at most once", known.join(", "))))?,
+        );
     }
     Ok(found)
 }
@@ -160,7 +172,12 @@ fn beads(at: &At<'_>, own: &RawBeads, all: &RawBeads) -> Result<Beads, PlanError
         other => return Err(at.wrong("beads.places", other, "\"spread\" or \"front\" is allowed")),
     };
     let usual = order.len().min(6) as u64;
-    let touched = at.within("beads.touched", [own.touched, all.touched], usual, 3..=order.len() as u64)?;
+    let touched = at.within(
+        "beads.touched",
+        [own.touched, all.touched],
+        usual,
+        3..=order.len() as u64,
+    )?;
     // At most seven.
     Ok(Beads::OnSkin(order[..touched as usize].to_vec()))
 }
@@ -180,10 +197,20 @@ fn placed(at: &At<'_>, places: &[[f64; 3]]) -> Result<Beads, PlanError> {
         if !is_in_ct {
             return Err(at.wrong(KEY, [x, y, z], format!("bead {number} lies outside the CT")));
         }
-        let steps = [[0.0; 3], [5.0, 0.0, 0.0], [-5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [0.0, -5.0, 0.0]];
+        let steps = [
+            [0.0; 3],
+            [5.0, 0.0, 0.0],
+            [-5.0, 0.0, 0.0],
+            [0.0, 5.0, 0.0],
+            [0.0, -5.0, 0.0],
+        ];
         let is_air = |[a, b, c]: [f64; 3]| patient.hu(Point::new(x + a, y + b, z + c)) <= phantom::AIR_HU;
         if steps.into_iter().all(is_air) {
-            return Err(at.wrong(KEY, [x, y, z], format!("bead {number} hangs in the air beside the patient")));
+            return Err(at.wrong(
+                KEY,
+                [x, y, z],
+                format!("bead {number} hangs in the air beside the patient"),
+            ));
         }
     }
     let points: Vec<Point<geometry::Ct>> = places.iter().map(|&[x, y, z]| Point::new(x, y, z)).collect();
@@ -197,7 +224,11 @@ fn placed(at: &At<'_>, places: &[[f64; 3]]) -> Result<Beads, PlanError> {
         points.iter().all(|p| off(p) < LEAST_SPREAD_MM)
     };
     match pairs(points.len()).any(is_line) {
-        true => Err(at.wrong(KEY, places, "all beads lie on a line to within 5 mm, which determines no place")),
+        true => Err(at.wrong(
+            KEY,
+            places,
+            "all beads lie on a line to within 5 mm, which determines no place",
+        )),
         false => Ok(Beads::At(places.to_vec())),
     }
 }
@@ -219,7 +250,12 @@ fn marker(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Marker, PlanErr
 
 fn localizer(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Localizer, PlanError> {
     let (own, all) = (&own.localizer, &all.localizer);
-    let latency_ms = at.within("localizer.latency_ms", [own.latency_ms, all.latency_ms], 0.0, 0.0..=1000.0)?;
+    let latency_ms = at.within(
+        "localizer.latency_ms",
+        [own.latency_ms, all.latency_ms],
+        0.0,
+        0.0..=1000.0,
+    )?;
     let across_mm = at.within("localizer.across_mm", [own.across_mm, all.across_mm], 0.1, 0.005..=5.0)?;
     let depth_mm = at.within("localizer.depth_mm", [own.depth_mm, all.depth_mm], 0.15, 0.005..=5.0)?;
     if depth_mm / across_mm > 50.0 || across_mm / depth_mm > 50.0 {

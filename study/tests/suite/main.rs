@@ -1,0 +1,6 @@
+//! Whole studies.
+
+mod accuracy;
+mod refused;
+mod resumed;
+mod support;
