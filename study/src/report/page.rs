@@ -59,16 +59,14 @@ fn what(plan: &Plan) -> String {
 }
 
 fn accuracy(summaries: &[Summary]) -> String {
-    let mut head = vec![
+    let first = [
         "stratum",
         "operations",
         "targets",
         "error, median, mm",
         "95 % within, mm",
-    ]
-    .iter()
-    .map(|s| (*s).to_owned())
-    .collect::<Vec<_>>();
+    ];
+    let mut head = first.map(str::to_owned).to_vec();
     head.extend(WITHIN_MM.map(|mm| format!("within {mm} mm, %")));
     head.extend(["tip from the target, median, mm", "95 % within, mm"].map(str::to_owned));
     let row = |s: &Summary| {

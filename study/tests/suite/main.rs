@@ -1,5 +1,7 @@
 //! Whole studies.
 
+#![allow(clippy::unwrap_used, reason = "a test stops where it cannot go on")]
+
 mod accuracy;
 mod refused;
 mod resumed;
