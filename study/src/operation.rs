@@ -283,3 +283,6 @@ fn empty(stratum: &Stratum, number: u64, target: &Landmark) -> Row {
         why: String::new(),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -107,7 +107,10 @@ fn coverage(summaries: &[Summary]) -> String {
             plain(format!("{:.2}", s.predicted_mm)),
             percent(s.covered),
             percent(s.in_ellipsoid),
-            plain(format!("{nees:.2}")),
+            match nees > high {
+                true => bad(format!("{nees:.2}")),
+                false => plain(format!("{nees:.2}")),
+            },
             plain(format!("{low:.2} to {high:.2}")),
             word,
         ]
