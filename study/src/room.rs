@@ -5,7 +5,7 @@ use std::path::Path;
 
 use bus::message::Practice;
 use calib::marker::even_directions;
-use calib_cli::Heard;
+use calib_cli::HeardPoses;
 use chance::Chance;
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, Vector};
 use scene::operating_room::{Emitters, Room};
@@ -102,11 +102,16 @@ impl TrueRoom {
 
     /// The hand does as it is told for so long once it is there; what the markers' poses were meanwhile, against the marker on the
     /// patient, which the tracker stands for.
-    pub(crate) fn listen(&mut self, practice: &Practice, seconds: f64, markers: &mut Markers) -> Result<Heard, Words> {
+    pub(crate) fn listen(
+        &mut self,
+        practice: &Practice,
+        seconds: f64,
+        markers: &mut Markers,
+    ) -> Result<HeardPoses, Words> {
         self.localizer.order(practice, self.now_s)?;
         let from = ((self.now_s + SETTLED_S) * self.rate_hz).ceil() as u64;
         let until = ((self.now_s + SETTLED_S + seconds) * self.rate_hz).ceil() as u64;
-        let mut heard = Heard::default();
+        let mut heard = HeardPoses::default();
         for seq in from..until {
             hear(&self.localizer.frame(seq), markers, &mut heard);
         }
@@ -132,7 +137,7 @@ impl TrueRoom {
 }
 
 /// What the chain makes of one frame.
-fn hear(frame: &Frame, markers: &mut Markers, heard: &mut Heard) {
+fn hear(frame: &Frame, markers: &mut Markers, heard: &mut HeardPoses) {
     let message = frame.message(frame.t_capture_ns, frame.t_arrival_ns);
     let pose = markers.see(&message, frame.t_arrival_ns).map(|seen| {
         let pose = seen.reference.map(|reference| reference.inverse() * seen.marker);

@@ -18,7 +18,6 @@ mod foreign;
 mod grid;
 mod input_files;
 mod live;
-mod offline;
 mod poses;
 mod refusal;
 mod register;
@@ -48,8 +47,7 @@ pub use commands::probe::{
     ProbeReadError, ProbeSource, WaterRecord,
 };
 pub use grid::{ReadImageError, read_image};
-pub use live::{Delivered, Follow, FollowMarkers, Seen};
-pub use offline::{Heard, OfflineError};
+pub use live::{Delivered, Follow, FollowMarkers, HeardPoses, OfflineError, Seen};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,

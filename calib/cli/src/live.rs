@@ -5,6 +5,7 @@
 mod dwell;
 mod error;
 mod images;
+mod offline;
 mod run;
 mod sequence;
 mod still;
@@ -22,11 +23,12 @@ use crate::values::Positive;
 
 pub(crate) use error::LiveError;
 pub(crate) use images::Looked;
+pub use offline::{HeardPoses, OfflineError};
 pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, tip_in, tip_of};
-pub(crate) use touches::{add_of as touch_added, comment as touches_comment, read_touches, touched_in};
+pub(crate) use touches::{comment as touches_comment, read_touches, touched_in};
 pub(crate) use watch::{Heard, Lacks, Watch};
 
 /// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.

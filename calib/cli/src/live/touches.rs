@@ -108,7 +108,7 @@ pub(super) fn add(
 }
 
 /// The same without gates, of a tool in a frame.
-pub(crate) fn add_of<F>(
+pub(super) fn add_of<F>(
     path: &Path,
     (name, tool, frame): (&str, &str, &str),
     tip: &Uncertain<Marker, F>,

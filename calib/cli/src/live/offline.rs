@@ -5,8 +5,9 @@ use std::path::Path;
 
 use geometry::{Marker, Tracker, Uncertain, UncertainPoint};
 
+use super::touches::add_of;
+use super::{Listened, LiveError, MostMotion, tip_in, touched};
 use crate::commands::common::CommandError;
-use crate::live::{Listened, LiveError, MostMotion, tip_in, touch_added, touched};
 use crate::poses;
 
 /// Why poses gave no file.
@@ -28,7 +29,7 @@ impl From<CommandError> for OfflineError {
 
 /// What was heard of a marker.
 #[derive(Debug, Clone, Default)]
-pub struct Heard {
+pub struct HeardPoses {
     /// Its poses, in the localizer or in the marker on the patient, which the tracker stands for.
     pub poses: Vec<Uncertain<Tracker, Marker>>,
     /// When each was captured, s.
@@ -39,7 +40,7 @@ pub struct Heard {
     pub why: String,
 }
 
-impl Heard {
+impl HeardPoses {
     /// Writes a file that `calib pivot`, `spin` and `seat` read (`--poses`), as `--keep` writes it of a run.
     ///
     /// # Errors
@@ -64,7 +65,7 @@ impl Heard {
         let (file, tip_in_marker) = tip_in(tip)?;
         file.of_tool(tip, "run", tool).map_err(CommandError::from)?;
         let touch = touched(name, &self.listened(), &tip_in_marker, MostMotion::USUAL, seconds)?;
-        touch_added(to, (name, tool, frame), &tip_in_marker, &touch.place)?;
+        add_of(to, (name, tool, frame), &tip_in_marker, &touch.place)?;
         Ok(touch.place)
     }
 
