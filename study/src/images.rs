@@ -41,6 +41,12 @@ impl Images {
         }
     }
 
+    /// What a step says without the names of this folder and of the operation's own, which are others each time.
+    pub(crate) fn unnamed(&self, why: &str, folder: &Path) -> String {
+        let own = why.replace(&*folder.to_string_lossy(), "");
+        own.replace(&*self.folder.to_string_lossy(), "")
+    }
+
     /// The examination of an operation: its own, or one that it shares with others of its stratum.
     pub(crate) fn of(&self, stratum: &Stratum, number: u64, metal: &[Point<Ct>]) -> Result<Arc<Examined>, String> {
         let image = number % stratum.dials.ct.images;

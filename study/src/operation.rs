@@ -63,7 +63,7 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
             rows
         }
         Err(Refused { step, why }) => {
-            let why = why.replace(&*folder.to_string_lossy(), "");
+            let why = images.unnamed(&why, folder);
             let refused = |target: &Landmark| Row {
                 step: step.word().to_owned(),
                 why: why.clone(),
@@ -95,6 +95,7 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
         room.bump(motion).map_err(Refused::at(Step::Check))?;
     }
     let (check, refused) = check(work, &mut room, &mut prepared, (&examined.beads, metal.get(count)));
+    let refused = refused.map(|why| images.unnamed(&why, work.folder));
     if let Some((motion, "after")) = bumped {
         room.bump(motion).map_err(Refused::at(Step::Chain))?;
     }
@@ -181,7 +182,7 @@ impl Ready {
             };
         };
         if let Some(why) = &self.refused {
-            let why = why.replace(&*work.folder.to_string_lossy(), "");
+            let why = why.clone();
             let told = at_target(&task).and_then(|pose| self.unmoved(pose, from, target.centre));
             return self.judged(
                 told,

@@ -112,6 +112,8 @@ pub struct Localizer {
     pub rate_hz: f64,
     /// Beyond the 50 ms that a display takes.
     pub latency_s: f64,
+    /// How long it has been on when the operation begins: its frames are numbered from the beginning.
+    pub uptime_s: f64,
 }
 
 /// How calibrations are made.

@@ -56,7 +56,7 @@ impl TrueRoom {
             localizer,
             seed,
             rate_hz: dials.localizer.rate_hz,
-            now_s: 0.0,
+            now_s: dials.localizer.uptime_s,
         })
     }
 

@@ -266,6 +266,7 @@ fn localizer(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Localizer, P
         depth_mm,
         rate_hz: at.within("localizer.rate_hz", [own.rate_hz, all.rate_hz], 60.0, 15.0..=1000.0)?,
         latency_s: latency_ms / 1e3,
+        uptime_s: at.within("localizer.uptime_s", [own.uptime_s, all.uptime_s], 0.0, 0.0..=1e8)?,
     })
 }
 

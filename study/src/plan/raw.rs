@@ -70,6 +70,7 @@ pub(super) struct RawLocalizer {
     pub(super) depth_mm: Option<f64>,
     pub(super) rate_hz: Option<f64>,
     pub(super) latency_ms: Option<f64>,
+    pub(super) uptime_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

@@ -128,6 +128,8 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/small.toml"), 20),
         (include_str!("../../../config/study/accuracy.toml"), 1000),
         (include_str!("../../../config/study/planted.toml"), 80),
+        (include_str!("../../../config/study/dials.toml"), 1600),
+        (include_str!("../../../config/study/extremes.toml"), 55),
     ] {
         assert_eq!(plan(text).operations(), operations);
     }
