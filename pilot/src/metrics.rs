@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod memory;
+pub(crate) mod tissue;
 
 use bus::clock::ms;
 use bus::continuity::{Break, Continuity};
@@ -11,6 +12,7 @@ use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
 use crate::metrics::accuracy::AccuracyBook;
+use crate::metrics::tissue::TissueBook;
 
 /// The way of a pose to its pixels, stage by stage.
 pub(crate) const STAGES: [&str; 5] = [
@@ -30,6 +32,7 @@ pub(crate) struct Metrics {
     pub(crate) registration_id: Option<u64>,
     pub(crate) views: Vec<ViewBook>,
     latencies: Latencies,
+    pub(crate) tissue: TissueBook,
     pub(crate) restarts: Vec<Restart>,
     pub(crate) volume: Option<VolumeHeader>,
     /// Where its voxels lie.
@@ -279,6 +282,7 @@ impl Metrics {
             state,
             Some(FrameState::Live | FrameState::Stale | FrameState::Requested)
         );
+        self.tissue.said(stamp);
         let is_new = view.last_seq.is_none_or(|last| stamp.seq > last);
         if shows_pose && is_new && stamp.on_request == 0 {
             view.last_seq = Some(stamp.seq);
@@ -291,6 +295,7 @@ impl Metrics {
                 age,
             ];
             self.latencies.add(stages);
+            self.tissue.frame(stamp, age);
         }
     }
 

@@ -46,6 +46,8 @@ pub(crate) enum Poses<'a> {
     Replayed(&'a [String]),
     /// From the scene's tracker, which makes them again of the emitters of a recording.
     MadeAgain(&'a [String]),
+    /// Out of a recording, for a model that answers them again.
+    Answered(&'a [String]),
     /// From another machine, with its examination; with the receiver's arguments.
     Remote(&'a [String]),
 }
@@ -81,7 +83,7 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         processes.push(plain("recorder", "recorder", &["record", "--out", recording], 1));
     }
     // It answers poses as they come: in a recording it has.
-    if scene.tissue.is_some() && matches!(poses, Poses::Tracked) {
+    if scene.tissue.is_some() && matches!(poses, Poses::Tracked | Poses::Answered(_)) {
         processes.push(plain(TISSUE, "tissue-proc", &[], 0));
     }
     let mut last = |mut source: Planned| {
@@ -89,13 +91,13 @@ pub(crate) fn plan(scene: &Scene, recording: &str, poses: Poses<'_>) -> Vec<Plan
         processes.push(source);
     };
     let is_tracked = !matches!(scene.tracker.source, TrackerSource::External);
-    if is_tracked && !matches!(poses, Poses::Replayed(_) | Poses::Remote(_)) {
+    if is_tracked && !matches!(poses, Poses::Replayed(_) | Poses::Answered(_) | Poses::Remote(_)) {
         last(plain(TRACKER, "tracker-proc", &[], 0));
     }
     if scene.localizer.is_some() && matches!(poses, Poses::Tracked) {
         last(plain(LOCALIZER, "localizer-proc", &[], 0));
     }
-    if let Poses::Replayed(arguments) | Poses::MadeAgain(arguments) = poses {
+    if let Poses::Replayed(arguments) | Poses::Answered(arguments) | Poses::MadeAgain(arguments) = poses {
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         last(plain(REPLAYER, "recorder", &arguments, 0));
     }

@@ -36,6 +36,12 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             ));
         }
     }
+    problems.extend(
+        run.metrics
+            .tissue
+            .report(&run.scene)
+            .and_then(|tissue| tissue.problem()),
+    );
     problems.extend(recorder_troubles(run));
     problems.extend(run.crowds.iter().map(ToString::to_string));
     problems.extend(run.cards_given_up.iter().cloned());

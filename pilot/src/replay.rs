@@ -41,7 +41,7 @@ pub(crate) struct Replay {
     pub(crate) force: bool,
     /// Pictures of every so many poses, beside those of the last one.
     pub(crate) every: Option<u64>,
-    /// The poses are made again of what the localizer delivered.
+    /// The poses are made again of what the localizer delivered, or the states of tissue of the poses.
     pub(crate) recompute: Option<Recompute>,
 }
 
@@ -51,6 +51,7 @@ impl Replay {
         ReplayOf {
             recording: self.recording.clone(),
             volume_hash: self.facts.volume_hash.clone(),
+            tissue_again: self.recompute.as_ref().is_some_and(|again| again.frames.is_none()),
         }
     }
 
@@ -66,6 +67,7 @@ impl Replay {
         let why = match (&self.recompute, &self.facts.volume_hash) {
             (_, Some(recorded)) if shown != Some(recorded) => "recorded in ANOTHER EXAMINATION",
             (_, None) => "EXAMINATION NOT VERIFIED",
+            (Some(Recompute { frames: None, .. }), _) => "tissue made again",
             (Some(_), _) => "poses made again",
             (None, _) => return None,
         };
@@ -97,8 +99,8 @@ impl Replay {
                 every.to_string(),
             ]);
         }
-        if let Some(recompute) = &self.recompute {
-            arguments.extend(["--frames".to_owned(), recompute.frames.to_owned()]);
+        if let Some(frames) = self.recompute.as_ref().and_then(|recompute| recompute.frames) {
+            arguments.extend(["--frames".to_owned(), frames.to_owned()]);
         }
         let flags = [
             (self.looping, "--loop"),
@@ -127,7 +129,7 @@ pub(crate) struct ReplayReport {
     pub(crate) to_s: f64,
     /// What could not be read of the recording, and was replayed without.
     pub(crate) damage: Vec<String>,
-    /// Where poses were made again: of what, and how far they lie from the recorded ones.
+    /// Where poses or states of tissue were made again: of what, and how far they lie from the recorded ones.
     pub(crate) recomputed: Option<Recomputed>,
 }
 

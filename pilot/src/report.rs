@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::metrics::accuracy::AccuracyReport;
+use crate::metrics::tissue::TissueReport;
 use crate::metrics::{Latency, PoseCounts, Restart};
 use crate::remote::RemoteReport;
 use crate::replay::ReplayReport;
@@ -34,6 +35,9 @@ pub(crate) struct Report {
     /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.
     pub(crate) latency_ms: BTreeMap<&'static str, Latency>,
     pub(crate) views: Vec<ViewReport>,
+    /// What images showed of organs, in a scene that moves some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) tissue: Option<TissueReport>,
     pub(crate) processes: Vec<ProcessReport>,
     pub(crate) memory: MemoryReport,
     pub(crate) restarts: Vec<Restart>,
@@ -156,6 +160,7 @@ impl Report {
                 view.name, view.rendered, view.dropped
             ));
         }
+        lines.extend(self.tissue.iter().map(TissueReport::line));
         for restart in &self.restarts {
             let live = restart
                 .live_again_s

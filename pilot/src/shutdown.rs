@@ -217,6 +217,7 @@ pub(crate) fn report(run: &Run) -> Report {
         views: (0..run.scene.views.len())
             .map(|view| view_report(run, view, pictures))
             .collect(),
+        tissue: run.metrics.tissue.report(&run.scene),
         processes: pictures.processes.clone(),
         memory: pictures.memory.clone(),
         restarts: run.metrics.restarts.clone(),

@@ -101,7 +101,7 @@ impl Unrecorded {
             .map_or(String::new(), |why| format!("; it first said: {why}"));
         (lost > 0 || self.why.is_some()).then(|| {
             format!(
-                "the recorder counts {lost} messages (poses, true poses, frames of the localizer) that are in none of its files{first}"
+                "the recorder counts {lost} messages (poses, true poses, frames of the localizer, images of a probe, states of tissue) that are in none of its files{first}"
             )
         })
     }
@@ -175,7 +175,16 @@ impl Run {
             .map(|replay| replay.arguments(&options.out, options.has_window));
         let receiver = options.remote.as_ref().map(Remote::arguments);
         let poses = match (&options.replay, &replayer, &receiver) {
-            (Some(Replay { recompute: Some(_), .. }), Some(arguments), _) => Poses::MadeAgain(arguments),
+            (
+                Some(Replay {
+                    recompute: Some(again), ..
+                }),
+                Some(arguments),
+                _,
+            ) => match again.frames {
+                Some(_) => Poses::MadeAgain(arguments),
+                None => Poses::Answered(arguments),
+            },
             (_, Some(arguments), _) => Poses::Replayed(arguments),
             (_, _, Some(arguments)) => Poses::Remote(arguments),
             _ => Poses::Tracked,

@@ -192,6 +192,8 @@ impl Overlay<'_> {
         let colour = match self.notice {
             Notice::Lost(..) => palette::ALARM,
             _ if wordless && !self.origin.warning().is_empty() => palette::ALARM,
+            // Without the word REPLAY the violet is of less use than that organs are not where the image shows them.
+            _ if wordless && self.tissue_alarm().is_some() => palette::WARN,
             Notice::Stale(_) => palette::WARN,
             Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,

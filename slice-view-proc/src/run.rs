@@ -106,6 +106,8 @@ struct SliceView {
     load_labels: LoadLabels,
     /// Organs that the tube moves, where the scene has any.
     tissue: Option<Tissue>,
+    /// Where time waits for the state of a pose.
+    awaited: Option<tissue::Awaited>,
 }
 
 /// Gives the surface views their anatomy: made once for all that have the same bone.
@@ -135,11 +137,12 @@ fn show_anatomy(
 pub(crate) fn run(plane: Plane, membership: &Membership, load_labels: LoadLabels) -> Result<(), RunError> {
     let name = plane.process();
     let process = Process::join(&name, membership)?;
+    let moves = process.scene.tissue.is_some() && plane != Plane::Surface;
+    // Before the poses: whoever is given the newest pose late is given its state before it.
+    let states = moves.then(|| states(&process.bus)).transpose()?;
     let poses = Subscriber::open_waking(&process.bus, &TOOL_POSE, "", follow::ROOM)?;
     let server = CommandServer::open(&process.bus, &name)?;
     let stale = process.scene.limits.stale;
-    let moves = process.scene.tissue.is_some() && plane != Plane::Surface;
-    let states = moves.then(|| states(&process.bus)).transpose()?;
     let mut view = SliceView::new(process, plane, load_labels)?;
     let inlets = Inlets { poses, server, states };
     let waits = Waits::every(TICK)
@@ -183,6 +186,7 @@ impl SliceView {
             guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
             chosens: Chosens::default(),
             tissue: tissue::open(&process, plane)?,
+            awaited: None,
             resampler: Chosen::new(render),
             process,
             outputs,
@@ -220,7 +224,7 @@ impl SliceView {
             return Ok(ControlFlow::Continue(()));
         }
         match self.process.session.is_ruled() {
-            true => self.follow_ruled(&inlets.poses)?,
+            true => self.follow_ruled(inlets)?,
             false => self.follow(&inlets.poses)?,
         }
         self.outputs.iter().for_each(Output::serve_late_joiners);
@@ -284,6 +288,7 @@ impl SliceView {
         let command: Command = *request.command();
         if command.command_kind() == Some(CommandKind::NoPoses) {
             self.no_poses = true;
+            self.awaited = None;
             request.reply(Ok("no pose is shown"))?;
             return match self.volume {
                 Some(_) => self.age(),

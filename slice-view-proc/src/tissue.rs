@@ -15,7 +15,7 @@ use geometry::{Ct, Model, Point, Rigid};
 use crate::warp::{Cube, NoShape, Organ, Region, Shape};
 
 /// States that are kept: an image may be asked for of a pose that is not the newest.
-const KEPT: usize = 8;
+const KEPT: usize = 32;
 
 /// What an image shows of the tissue.
 #[derive(Debug, Clone, Copy, Default)]
@@ -28,6 +28,8 @@ pub struct Tissues<'a> {
     pub late_ns: Option<i64>,
     /// The state's number; 0 without.
     pub seq: u64,
+    /// What the tissue does to the tube, N, of a settled state.
+    pub force_n: Option<f64>,
 }
 
 impl Tissues<'_> {
@@ -180,6 +182,8 @@ pub(crate) struct Tissue {
     kept: VecDeque<Kept>,
     /// States have been late: poses do not wait for theirs.
     pub(crate) behind: bool,
+    /// The pose that was drawn last without its state: number and capture.
+    pub(crate) lacked: Option<(u64, i64)>,
     /// Refused so far, of which the first was told.
     pub(crate) refused: u64,
 }
@@ -193,6 +197,7 @@ impl Tissue {
             shapes: None,
             kept: VecDeque::with_capacity(KEPT),
             behind: false,
+            lacked: None,
             refused: 0,
         })
     }
@@ -204,20 +209,17 @@ impl Tissue {
         volume_hash: &[u8; 32],
         now_ns: i64,
     ) -> Result<Option<NoTissue>, BusError> {
-        let mut why = None;
-        while let Some(mesh) = self.meshes.next()? {
-            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
-                // Whoever was started again may have others: states of the old ones go with them.
-                Ok(shapes) => {
-                    self.kept.clear();
-                    self.shapes = Some(shapes);
-                }
-                Err(error) => why = why.or(Some(error)),
+        let mut why = self.take_meshes(volume_hash)?;
+        // Whoever joins late may be given the newest state before its mesh: it waits where it is.
+        while self.shapes.is_some()
+            && let Some(state) = states.next()?
+        {
+            let is_known = |shapes: &Shapes| shapes.mesh_id == state.header().mesh_id;
+            if !self.shapes.as_ref().is_some_and(is_known) {
+                // Sent before the state, and maybe after the look above.
+                why = why.or(self.take_meshes(volume_hash)?);
             }
-        }
-        while let Some(state) = states.next()? {
-            // States may come before their mesh is read: they are of no use yet, and nothing is amiss.
-            let Some(shapes) = &self.shapes else { continue };
+            let Some(shapes) = &self.shapes else { break };
             match kept(state.header(), state.values(), shapes) {
                 Ok(kept) => {
                     self.behind &= now_ns.saturating_sub(kept.header.t_capture_ns) >= self.late_ns;
@@ -229,6 +231,25 @@ impl Tissue {
         }
         self.refused += u64::from(why.is_some());
         Ok(why.filter(|_| self.refused == 1))
+    }
+
+    fn take_meshes(&mut self, volume_hash: &[u8; 32]) -> Result<Option<NoTissue>, BusError> {
+        let mut why = None;
+        while let Some(mesh) = self.meshes.next()? {
+            let is_known = |shapes: &Shapes| shapes.mesh_id == mesh.header().mesh_id;
+            if self.shapes.as_ref().is_some_and(is_known) {
+                continue;
+            }
+            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
+                // Whoever was started again may have others: states of the old ones go with them.
+                Ok(shapes) => {
+                    self.kept.clear();
+                    self.shapes = Some(shapes);
+                }
+                Err(error) => why = why.or(Some(error)),
+            }
+        }
+        Ok(why)
     }
 
     /// Whether a pose is answered.
@@ -267,6 +288,10 @@ impl Tissue {
             moved: kept.state.is_of_pose().then_some(Moved { shapes, places }),
             late_ns: None,
             seq: kept.header.seq,
+            force_n: (kept.state == TissueState::Settled).then(|| {
+                let [x, y, z] = kept.header.force;
+                x.hypot(y).hypot(z)
+            }),
         }
     }
 

@@ -101,6 +101,7 @@ impl Rig {
         run.replay = Some(ReplayOf {
             recording: "s.mcap".into(),
             volume_hash: None,
+            tissue_again: false,
         });
     }
 

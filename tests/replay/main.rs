@@ -17,3 +17,4 @@ mod session_report;
 #[path = "../support/mod.rs"]
 mod support;
 mod surface;
+mod tissue;

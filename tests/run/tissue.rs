@@ -115,6 +115,13 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
     assert_eq!(stamp.tissue_mesh.to_be_bytes()[..], rig.mesh.0.mesh_id[..8]);
     check_pixels(&frame, &rig.mesh.1, places);
 
+    // A person may want the examination as it was taken, and back.
+    for (wish, shown) in [("rest", TissueShown::Rigid), ("moved", TissueShown::Settled)] {
+        let said = world.output("pilot", &["images", "--organs", wish]);
+        assert!(said.status.success(), "{}", crate::support::stderr(&said));
+        rig.image("an image as it was asked for", |stamp, _| stamp.tissue == shown.code());
+    }
+
     kill_9(pid_in(&status, "tissue").unwrap());
     let late = rig.image("an image that says that the tissue is late", |stamp, _| {
         stamp.tissue == TissueShown::Late.code()

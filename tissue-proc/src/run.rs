@@ -7,10 +7,10 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock;
 use bus::continuity::Continuity;
-use bus::message::{Lost, ProcessState, TissueHeader, TissueMeshHeader, ToolPose, Tracked};
+use bus::message::{Lost, ProcessState, TissueHeader, TissueMeshHeader, TissueState, ToolPose, Tracked};
 use bus::port::{HeadedPublisher, SharedVolume, Subscriber, VolumeSubscriber};
 use bus::process::{JoinError, Membership, Process};
-use bus::topic::{TISSUE, TISSUE_MESH, TOOL_POSE};
+use bus::topic::{TISSUE, TISSUE_ASKED, TISSUE_MESH, TOOL_POSE};
 use bus::wake::Waits;
 use scene::TissueSpec;
 use simulation::space::cells::Lattice;
@@ -109,6 +109,8 @@ struct Tissue {
     meshes: HeadedPublisher<TissueMeshHeader, u8>,
     states: HeadedPublisher<TissueHeader, f32>,
     continuity: Continuity,
+    /// In a replay whose states are made again: of which poses, in their order.
+    asked: Option<Asked>,
     /// Of the last message.
     seq: u64,
     /// Where the nodes are now.
@@ -123,6 +125,9 @@ impl Tissue {
         let meshes = HeadedPublisher::open(&process.bus, &TISSUE_MESH, bytes.len())?;
         let states = HeadedPublisher::open(&process.bus, &TISSUE, 3 * anatomy.mesh.nodes())?;
         meshes.send(header, &bytes)?;
+        let is_again = process.run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
+        let asked = is_again.then(|| Subscriber::open(&process.bus, &TISSUE_ASKED, "", TISSUE_ASKED.buffer));
+        let asked = asked.transpose()?.map(Asked::of);
         Ok(Self {
             process,
             live: anatomy.live,
@@ -132,6 +137,7 @@ impl Tissue {
             meshes,
             states,
             continuity: Continuity::default(),
+            asked,
             seq: 0,
             places: Vec::new(),
             note: "no pose yet".to_owned(),
@@ -144,12 +150,9 @@ impl Tissue {
             return Ok(ControlFlow::Break(()));
         }
         self.process.session.follow()?;
-        let mut newest = None;
-        while let Some(sample) = poses.next()? {
-            newest = Some((sample, self.judged(&sample)));
-        }
-        if let Some((sample, tracked)) = newest {
-            self.answer(&sample, tracked)?;
+        match self.asked.is_some() {
+            true => self.answer_again(poses)?,
+            false => self.answer_newest(poses)?,
         }
         self.meshes.serve_late_joiners();
         self.states.serve_late_joiners();
@@ -157,6 +160,35 @@ impl Tissue {
         self.process
             .beat_with(ProcessState::Ready, || format!("{note}; {said}"))?;
         Ok(ControlFlow::Continue(()))
+    }
+
+    fn answer_newest(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
+        let mut newest = None;
+        while let Some(sample) = poses.next()? {
+            newest = Some((sample, self.judged(&sample)));
+        }
+        match newest {
+            Some((sample, tracked)) => Ok(self.answer(&sample, tracked)?),
+            None => Ok(()),
+        }
+    }
+
+    /// Answers what was answered in the recorded run, and nothing else: a state depends on all those before it. What was no pose then, by all
+    /// samples that came, is none now.
+    fn answer_again(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
+        while let Some(sample) = poses.next()? {
+            let Some(asked) = self.asked.as_mut() else {
+                return Ok(());
+            };
+            let Some(asked) = asked.of_pose(&sample)? else { continue };
+            let was_lost = asked.state_of() == Ok(TissueState::Lost);
+            let tracked = match sample.tracked() {
+                Ok(tracked) if !was_lost => tracked,
+                _ => Tracked::Lost(Lost::Refused),
+            };
+            self.answer(&sample, tracked)?;
+        }
+        Ok(())
     }
 
     /// What a sample comes to, as for images: see [`bus::continuity`].
@@ -188,6 +220,36 @@ impl Tissue {
         };
         self.process.counters.published += 1;
         self.states.send(header, &self.places)
+    }
+}
+
+/// Of which poses a recording has states: told before each.
+struct Asked {
+    headers: Subscriber<TissueHeader>,
+    /// Of a pose that did not come yet.
+    next: Option<TissueHeader>,
+}
+
+impl Asked {
+    fn of(headers: Subscriber<TissueHeader>) -> Self {
+        Self { headers, next: None }
+    }
+
+    /// What is said of a sample; what is said of earlier ones is passed over.
+    fn of_pose(&mut self, sample: &ToolPose) -> Result<Option<TissueHeader>, BusError> {
+        loop {
+            self.next = match self.next {
+                Some(header) => Some(header),
+                None => self.headers.next()?,
+            };
+            let Some(header) = self.next.filter(|header| header.t_capture_ns <= sample.t_capture_ns) else {
+                return Ok(None);
+            };
+            self.next = None;
+            if (header.pose_seq, header.t_capture_ns) == (sample.seq, sample.t_capture_ns) {
+                return Ok(Some(header));
+            }
+        }
     }
 }
 

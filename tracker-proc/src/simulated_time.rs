@@ -13,7 +13,7 @@ use bus::message::{ClockLaw, Heartbeat, ProcessState, ReplayState};
 use bus::port::{Publisher, Subscriber};
 use bus::process::Process;
 use bus::session::SIMULATED_START_NS;
-use bus::topic::{FRAME_STAMP, HEARTBEAT, SESSION_CLOCK, TOOL_POSE};
+use bus::topic::{FRAME_STAMP, HEARTBEAT, SESSION_CLOCK, TISSUE, TOOL_POSE};
 use scene::Scene;
 
 use crate::output::{LOOK_UP, Output};
@@ -58,7 +58,11 @@ impl SimulatedTime {
         let mut readers = vec![Reader::open(process, "pilot", pilots_window(scene))?];
         if scene.recording.is_some() {
             // It looks at the bus every 20 ms, and gives a sign of life every 100 ms.
-            readers.push(Reader::open(process, "recorder", TOOL_POSE.buffer as u64 / 2)?);
+            let room = match scene.tissue {
+                Some(_) => TOOL_POSE.buffer.min(TISSUE.buffer),
+                None => TOOL_POSE.buffer,
+            };
+            readers.push(Reader::open(process, "recorder", room as u64 / 2)?);
         }
         let mut time = Self {
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,

@@ -276,6 +276,7 @@ mod tests {
         run.replay = Some(ReplayOf {
             recording: "s.mcap".into(),
             volume_hash: None,
+            tissue_again: false,
         });
         assert_eq!(began_ns(&run), None);
     }

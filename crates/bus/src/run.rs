@@ -75,6 +75,9 @@ pub struct ReplayOf {
     pub recording: PathBuf,
     /// The examination that was navigated in, as its hash is written; `None` where the recording does not say.
     pub volume_hash: Option<String>,
+    /// Whether a model answers the recorded poses again: time waits for its states.
+    #[serde(default)]
+    pub tissue_again: bool,
 }
 
 /// The run of another machine that is shown here.

@@ -178,6 +178,7 @@ mod tests {
         run.replay = Some(ReplayOf {
             recording: "s.mcap".into(),
             volume_hash: None,
+            tissue_again: false,
         });
         let laws = Publisher::open(&bus, &SESSION_CLOCK, "").unwrap();
         let mut session = Session::open(&bus, &run).unwrap();

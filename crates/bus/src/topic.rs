@@ -123,6 +123,15 @@ pub const TISSUE: Topic = Topic {
     ..BASE
 };
 
+/// Of which poses a recording has states, told before each, where a replay has them made again.
+pub const TISSUE_ASKED: Topic = Topic {
+    name: "tissue-asked",
+    payload: "trocar/TissueHeader/1",
+    buffer: 64,
+    purpose: "which poses a model answers again, in a replay that recomputes tissue",
+    ..BASE
+};
+
 /// Where the simulated tool truly is.
 pub const GROUND_TRUTH: Topic = Topic {
     name: "ground-truth",
@@ -267,7 +276,7 @@ pub const COMMAND: Topic = Topic {
 };
 
 /// The table.
-pub const TOPICS: [&Topic; 22] = [
+pub const TOPICS: [&Topic; 23] = [
     &VOLUME,
     &TOOL_POSE,
     &EMITTERS,
@@ -275,6 +284,7 @@ pub const TOPICS: [&Topic; 22] = [
     &US_IMAGE,
     &TISSUE_MESH,
     &TISSUE,
+    &TISSUE_ASKED,
     &GROUND_TRUTH,
     &SESSION_CLOCK,
     &TIMELINE,

@@ -23,7 +23,8 @@ Examples:
   pilot images --window bone           abdomen, soft-tissue, bone, lung or vessels
   pilot images --window 40,400         centre and width, HU
   pilot images --field 60              what the shorter side of local images shows, mm
-  pilot images --scene                 window and field are the scene's again
+  pilot images --organs rest           organs that a model moves as the examination has them; moved: as the model has them
+  pilot images --scene                 all are the scene's again
   pilot status                         what holds";
 
 const MARK_HELP: &str = "\
@@ -87,11 +88,14 @@ pub(crate) enum GuideVerb {
     #[command(after_help = IMAGES_HELP)]
     Images {
         /// How HU become grey: a name, or centre and width in HU.
-        #[arg(long, value_name = "NAME|C,W", value_parser = window, allow_hyphen_values = true, required_unless_present_any = ["field", "scene"])]
+        #[arg(long, value_name = "NAME|C,W", value_parser = window, allow_hyphen_values = true, required_unless_present_any = ["field", "organs", "scene"])]
         window: Option<WindowLevel>,
         /// What the shorter side of local images shows.
         #[arg(long, value_name = "MM", allow_hyphen_values = true)]
         field: Option<f64>,
+        /// Organs that a model moves: as the examination has them, or where the model has them.
+        #[arg(long, value_name = "rest|moved", value_parser = at_rest)]
+        organs: Option<bool>,
         /// What is not named here is the scene's again.
         #[arg(long)]
         scene: bool,
@@ -176,12 +180,14 @@ impl GuideVerb {
             Self::Images {
                 window,
                 field,
+                organs,
                 scene,
                 run,
             } => {
                 let wish = ImagesWish {
                     field_mm: change(*field, *scene),
                     window: change(*window, *scene),
+                    at_rest: change(*organs, *scene),
                 };
                 (run, Command::images(wish))
             }
@@ -203,6 +209,14 @@ fn change<T>(value: Option<T>, scene: bool) -> Change<T> {
         Some(value) => Change::Set(value),
         None if scene => Change::Scene,
         None => Change::Keep,
+    }
+}
+
+fn at_rest(text: &str) -> Result<bool, String> {
+    match text {
+        "rest" => Ok(true),
+        "moved" => Ok(false),
+        _ => Err("expected rest or moved".to_owned()),
     }
 }
 

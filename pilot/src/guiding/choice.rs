@@ -254,7 +254,11 @@ mod tests {
         use bus::message::Change;
         let bone = scene::WindowLevel::named("bone").unwrap();
         let mut choice = Choice::of(&scene("[guide]\ntarget = \"far\""), Kept::Here);
-        let wish = |field_mm, window| ImagesWish { field_mm, window };
+        let wish = |field_mm, window| ImagesWish {
+            field_mm,
+            window,
+            at_rest: Change::Keep,
+        };
         let said = choice.images(wish(Change::Keep, Change::Set(bone)), 10).unwrap();
         assert_eq!(said, "images: W 2000 C 400");
         let said = choice.images(wish(Change::Set(60.0), Change::Keep), 20).unwrap();

@@ -17,8 +17,8 @@ pub(crate) struct ReplayArgs {
     #[arg(value_name = "FILE.mcap")]
     pub(crate) recording: PathBuf,
     /// How fast: a number (1 is the speed of the recording), or `max`: as fast as every view draws every pose, none left
-    /// out. With `--recompute` the default is `max`.
-    #[arg(long, default_value = "1", default_value_if("recompute", "true", "max"), value_parser = speed)]
+    /// out. With `--recompute` and `--recompute-tissue` the default is `max`.
+    #[arg(long, default_value = "1", default_value_ifs([("recompute", "true", "max"), ("recompute_tissue", "true", "max")]), value_parser = speed)]
     pub(crate) speed: String,
     /// Begin here: 3.2s behind the recording's first pose.
     #[arg(long, value_name = "TIME", value_parser = place)]
@@ -43,6 +43,10 @@ pub(crate) struct ReplayArgs {
     /// compare.png, compare.json. The new poses are in DIR/recomputed.mcap.
     #[arg(long, conflicts_with = "looping")]
     pub(crate) recompute: bool,
+    /// Has a model answer the recorded poses again, those of which the recording says where organs were, and says how far organs lie from the
+    /// recorded ones: none, to the bit, by the same program on the same kind of processor. Files as with `--recompute`.
+    #[arg(long, conflicts_with_all = ["looping", "recompute", "from"])]
+    pub(crate) recompute_tissue: bool,
     /// With this calibration of the tool instead of the recorded run's.
     #[arg(long, value_name = "FILE", requires = "recompute")]
     pub(crate) calibration: Option<PathBuf>,

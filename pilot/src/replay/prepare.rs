@@ -57,6 +57,19 @@ pub(crate) enum PrepareError {
     )]
     PicturesOnTheWay(String),
     #[error(
+        "--recompute-tissue --speed {0}: each pose waits for its state, so it goes as fast as the model does: leave --speed out"
+    )]
+    TissueSpeed(String),
+    #[error(
+        "{scene}: {why}, and {recording} says where organs were that the recorded scene's tool pushed. Give a scene with the recorded tool and \
+         [tissue]"
+    )]
+    OtherTool {
+        scene: PathBuf,
+        why: &'static str,
+        recording: PathBuf,
+    },
+    #[error(
         "{recording} lies in the output folder {out}, where what is left of an earlier replay is replaced. Name another \
          folder with `--out DIR`"
     )]
@@ -78,13 +91,16 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
     if recording.parent() == Some(&out) {
         return Err(PrepareError::InTheWay { recording, out });
     }
+    if args.recompute_tissue && args.speed != "max" {
+        return Err(PrepareError::TissueSpeed(args.speed.clone()));
+    }
     let every = match args.images {
         Pictured::Last => None,
         Pictured::Every(_) if args.speed != "max" => return Err(PrepareError::PicturesOnTheWay(args.speed.clone())),
         Pictured::Every(n) => Some(n),
     };
     // What is left out on the way is told then; poses that are made again leave nothing out.
-    let facts = facts::ask(&recording, args.recompute)?;
+    let facts = facts::ask(&recording, args.recompute || args.recompute_tissue)?;
     let span_ns = span(&facts, &recording, [args.from, args.to])?;
     if !args.force {
         whole(&facts, &recording)?;
@@ -152,6 +168,28 @@ fn whole(facts: &Facts, recording: &Path) -> Result<(), PrepareError> {
     }
 }
 
+/// Refuses a scene in which the recorded states of organs would be shown with another tool, or not at all, without a word.
+fn same_organs(source: &Source, (path, recorded): (&Path, &str), recording: &Path) -> Result<(), PrepareError> {
+    // A recorded scene that cannot be read any more has nothing to be held against.
+    let Ok(recorded) = raw::parse(recorded, &recording.join("scene.toml")) else {
+        return Ok(());
+    };
+    let refused = |why| PrepareError::OtherTool {
+        scene: path.to_owned(),
+        why,
+        recording: recording.to_owned(),
+    };
+    let size = |source: &Source| (source.scene.tool.length_mm, source.scene.tool.diameter_mm);
+    match (&recorded.scene.tissue, &source.scene.tissue) {
+        (None, _) => Ok(()),
+        (Some(_), None) => Err(refused("it has no [tissue]")),
+        (Some(_), Some(_)) if size(&recorded) != size(source) => {
+            Err(refused("its tool has another length or diameter"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The scene of the recording, with the examination where it lies now; without a recording of its own, unless poses are made
 /// again.
 fn scene(
@@ -165,6 +203,9 @@ fn scene(
         (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
+    if let (Some(path), Some(text)) = (&args.scene, &facts.scene) {
+        same_organs(&source, (path, text), recording)?;
+    }
     // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now: an overview that shows them says so.
     let labels = source.scene.plan.as_mut().and_then(|plan| plan.labels.take());
     follow(&mut source).map_err(ResolveError::from)?;
@@ -175,9 +216,10 @@ fn scene(
     }
     // The recording says in which examination it was made, and each image whether it is that one.
     source.scene.volume.hash = None;
-    let recompute = match args.recompute {
-        true => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
-        false => {
+    let recompute = match (args.recompute, args.recompute_tissue) {
+        (true, _) => Some(Recompute::prepare(args, facts, recording, &mut source.scene)?),
+        (_, true) => Some(Recompute::tissue(recording, &mut source.scene)?),
+        _ => {
             source.scene.recording = None;
             None
         }
@@ -225,6 +267,24 @@ mod tests {
         let text = of(Some(10.1), None).unwrap_err();
         assert_eq!(text, "--from 10.1 s: /d/s.mcap goes from 0 s to 10.000 s");
         assert!(of(Some(3.0), Some(2.0)).unwrap_err().contains("before the beginning"));
+    }
+
+    #[test]
+    fn another_scene_shows_recorded_organs_with_the_recorded_tool_or_is_refused() {
+        let recorded = "[tool]\nlength_mm = 180.0\ndiameter_mm = 12.0\n[tissue]\norgans = \"o.toml\"\n";
+        let of = |text: &str, recorded: &str| {
+            let source = raw::parse(text, Path::new("other.toml")).unwrap();
+            same_organs(&source, (Path::new("other.toml"), recorded), Path::new("s.mcap")).map_err(|e| e.to_string())
+        };
+        assert_eq!(of(recorded, recorded), Ok(()));
+        assert_eq!(of("[tool]\ndiameter_mm = 3.0\n", "seed = 1\n"), Ok(()));
+        assert!(
+            of("seed = 1\n", recorded)
+                .unwrap_err()
+                .contains("other.toml: it has no [tissue]")
+        );
+        let thin = recorded.replace("12.0", "8.0");
+        assert!(of(&thin, recorded).unwrap_err().contains("another length or diameter"));
     }
 
     #[test]

@@ -62,6 +62,10 @@ pub(crate) enum RecomputeError {
         name: String,
         key: &'static str,
     },
+    #[error(
+        "{0} was recorded in a scene without [tissue]: there are no states that could be made again. `--recompute` makes poses again"
+    )]
+    NoTissue(PathBuf),
     #[error("writing {path} out of the recording: {source}")]
     Write { path: PathBuf, source: io::Error },
 }
@@ -69,8 +73,9 @@ pub(crate) enum RecomputeError {
 /// What poses are made again with.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Recompute {
-    /// What the poses are made of, as the replayer calls it: `emitters` or `markers`.
-    pub(crate) frames: &'static str,
+    /// What the poses are made of, as the replayer calls it: `emitters` or `markers`; `None`: poses are the recorded ones, and a model
+    /// answers them again.
+    pub(crate) frames: Option<&'static str>,
     /// The file of the calibration; `None`: the numbers of the scene.
     pub(crate) calibration: Option<PathBuf>,
     /// That of the registration.
@@ -101,14 +106,8 @@ impl Recompute {
         recording: &Path,
         scene: &mut RawScene,
     ) -> Result<Self, RecomputeError> {
-        let frames = check(facts, recording, scene)?;
-        scene.recording = Some(RawRecording {
-            // One file, which can be compared.
-            rotate_mb: 0.0,
-            rotate_min: 0.0,
-            thumbnails_per_s: 0.0,
-            ..scene.recording.clone().unwrap_or_default()
-        });
+        let frames = Some(check(facts, recording, scene)?);
+        record(scene);
         let mut links = Links {
             facts,
             recording,
@@ -137,6 +136,15 @@ impl Recompute {
         })
     }
 
+    /// Changes `scene` so that a recorder writes what its model answers to the recorded poses.
+    pub(crate) fn tissue(recording: &Path, scene: &mut RawScene) -> Result<Self, RecomputeError> {
+        if scene.tissue.is_none() {
+            return Err(RecomputeError::NoTissue(recording.to_owned()));
+        }
+        record(scene);
+        Ok(Self::default())
+    }
+
     /// Writes the files out of the recording to where the tracker looks for them.
     pub(crate) fn write_files(&self) -> Result<(), RecomputeError> {
         for (path, text) in &self.files {
@@ -149,6 +157,20 @@ impl Recompute {
                 })?;
         }
         Ok(())
+    }
+
+    /// States that were made again and are not the recorded ones, or were not made.
+    fn tissue_problem(&self, difference: Option<&Value>) -> Option<String> {
+        let tissue = difference
+            .filter(|_| self.frames.is_none())
+            .map(|found| &found["tissue"])?;
+        let count = |key: &str| tissue[key].as_u64().unwrap_or(0);
+        let missing = tissue["alone"][0].as_u64().unwrap_or(0);
+        let differ = count("common") - count("identical").min(count("common"));
+        let words = format!(
+            "{differ} states of the tissue are not the recorded ones to the bit, and {missing} were not made again"
+        );
+        (differ + missing > 0).then_some(words)
     }
 
     /// Holds the new poses against the recorded ones; table, plot and summary go into `out`.
@@ -171,6 +193,7 @@ impl Recompute {
                 found.words = String::from_utf8_lossy(&output.stdout).trim_end().to_owned();
                 let summary = fs::read(out.join("compare.json")).unwrap_or_default();
                 found.difference = serde_json::from_slice(&summary).ok();
+                found.problems.extend(self.tissue_problem(found.difference.as_ref()));
             }
             (_, Ok(_)) => found
                 .problems
@@ -190,6 +213,16 @@ impl Recomputed {
     pub(crate) fn problems(&self) -> &[String] {
         &self.problems
     }
+}
+
+/// What is made again goes into one file, which can be compared.
+fn record(scene: &mut RawScene) {
+    scene.recording = Some(RawRecording {
+        rotate_mb: 0.0,
+        rotate_min: 0.0,
+        thumbnails_per_s: 0.0,
+        ..scene.recording.clone().unwrap_or_default()
+    });
 }
 
 fn absolute(path: &Path) -> PathBuf {

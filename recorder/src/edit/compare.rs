@@ -1,4 +1,4 @@
-//! The poses of two recordings side by side: how far apart the tips, what angle between the tubes.
+//! The poses of two recordings side by side: how far apart the tips, what angle between the tubes; and the states of organs of these poses.
 //!
 //! Poses belong together by their sequence number: a session and the same session made again from its raw measurements
 //! through another calibration. A table of every pose, a chart over the session, and the numbers that sum it up.
@@ -7,6 +7,7 @@ mod difference;
 mod output;
 mod plot;
 mod summary;
+mod tissue;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -119,7 +120,10 @@ pub(crate) fn compare(a: &Path, topic_a: &str, b: &Path, topic_b: &str) -> Resul
             range_b: samples_b.range(),
         });
     }
-    Ok(compared)
+    Ok(Compared {
+        tissue: tissue::compare(a, b)?,
+        ..compared
+    })
 }
 
 fn samples(path: &Path, topic: &str) -> Result<Samples, CompareError> {

@@ -1,5 +1,6 @@
 //! A stretch of a recording as a recording of its own.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -12,8 +13,10 @@ use crate::edit::progress::Progress;
 use crate::edit::recover::put;
 use crate::read::damage::OpenError;
 use crate::read::info::Info;
+use crate::read::reader;
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::schema::GUIDE;
+use crate::wire::proto::MeshFrame;
+use crate::wire::schema::{GUIDE, TISSUE_MESH};
 use crate::write::file_error::words;
 use crate::write::paths;
 use crate::write::pose_log;
@@ -129,14 +132,19 @@ fn copy(scan: Scan<impl Read>, stretch: Stretch, input: &Path, partial: &Path) -
 fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: &mut Writer<W>) -> McapResult<Info> {
     let mut info = Info::default();
     let mut progress = Progress::new("cutting");
-    // What was chosen before the stretch holds in it; written with the first message of it.
-    let mut chosen = Vec::new();
+    // What was chosen before the stretch holds in it, and organs at rest are of all states; written with the first message of it.
+    let (mut chosen, mut meshes) = (Vec::new(), Meshes::default());
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
         match item {
-            Ok(Item::Message(message)) if message.channel.topic == GUIDE => {
-                if message.publish_time <= stretch.to_ns {
+            Ok(Item::Message(message)) if [GUIDE, TISSUE_MESH].contains(&message.channel.topic.as_str()) => {
+                // Organs at rest are the same at any time, and were written down by another clock where time was simulated.
+                let is_wanted = match message.channel.topic == TISSUE_MESH {
+                    true => meshes.takes(&message),
+                    false => message.publish_time <= stretch.to_ns,
+                };
+                if is_wanted {
                     let log_time = message.log_time.clamp(stretch.from_ns, stretch.to_ns);
                     chosen.push(Item::Message(Message { log_time, ..message }));
                 }
@@ -158,10 +166,31 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
     Ok(info)
 }
 
+/// Meshes of organs, each taken once, and none beyond what may wait in memory.
+#[derive(Default)]
+struct Meshes {
+    known: BTreeSet<[u8; 32]>,
+    bytes: usize,
+}
+
+impl Meshes {
+    /// Bytes of all meshes that are taken.
+    const MOST: usize = 64 << 20;
+
+    fn takes(&mut self, message: &Message<'_>) -> bool {
+        let Ok(mesh) = reader::decode::<MeshFrame>(message) else {
+            return false;
+        };
+        let bytes = self.bytes + mesh.bytes.len();
+        let takes = bytes <= Self::MOST && self.known.insert(mesh.header.mesh_id);
+        self.bytes = if takes { bytes } else { self.bytes };
+        takes
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::read::reader;
     use crate::testing;
     use crate::wire::proto;
     use crate::wire::schema::{EMITTERS, SCENE, TOOL_POSE};

@@ -21,10 +21,12 @@ use mcap::records::Metadata;
 use crate::read::damage::{Damage, OpenError};
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::{
-    DecodeError, UsFrame, decode_emitters, decode_guide, decode_markers, decode_pose, decode_us_image,
+    DecodeError, MeshFrame, TissueFrame, UsFrame, decode_emitters, decode_guide, decode_markers, decode_mesh,
+    decode_pose, decode_tissue, decode_us_image,
 };
 use crate::wire::schema::{
     EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RAW_IMAGE_SCHEMA, RUN, SCENE,
+    TISSUE_MESH_SCHEMA, TISSUE_SCHEMA,
 };
 
 /// Why a message could not be read.
@@ -105,6 +107,22 @@ impl Recorded for UsFrame {
     }
 }
 
+impl Recorded for TissueFrame {
+    const SCHEMA: &'static str = TISSUE_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_tissue(bytes)
+    }
+}
+
+impl Recorded for MeshFrame {
+    const SCHEMA: &'static str = TISSUE_MESH_SCHEMA;
+
+    fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        decode_mesh(bytes)
+    }
+}
+
 impl Recorded for Guide {
     const SCHEMA: &'static str = GUIDE_SCHEMA;
 
@@ -131,6 +149,8 @@ pub type Guides = Messages<Guide>;
 pub type Emitters = Messages<EmitterFrame>;
 /// The images of an ultrasound probe.
 pub type UsImages = Messages<UsFrame>;
+/// Where organs were.
+pub type Tissues = Messages<TissueFrame>;
 /// The markers that it followed.
 pub type Markers = Messages<MarkerFrame>;
 

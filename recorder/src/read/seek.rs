@@ -13,7 +13,7 @@
 //! ```
 
 mod absent;
-mod guides;
+mod few;
 mod places;
 mod sound;
 mod tiled;
@@ -29,11 +29,11 @@ use mcap::records::Metadata;
 use mcap::{MAGIC, McapError, Summary};
 
 use crate::read::damage::OpenError;
-use crate::read::reader::{Emitters, Markers, Messages, Poses, UsImages};
+use crate::read::reader::{Emitters, Markers, Messages, Poses, Tissues, UsImages};
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::file_time;
-use crate::wire::schema::{self, EMITTERS, MARKERS, TOOL_POSE, US_IMAGE};
-pub use guides::Found;
+use crate::wire::schema::{self, EMITTERS, MARKERS, TISSUE, TOOL_POSE, US_IMAGE};
+pub use few::Found;
 use places::Places;
 pub(crate) use sound::Indexed;
 
@@ -187,6 +187,15 @@ impl Session {
     pub fn us_images_from(&self, t_ns: i64) -> Result<UsImages, OpenError> {
         let t_ns = file_time(t_ns);
         Ok(Messages::of(self.items_from(t_ns)?, US_IMAGE, t_ns))
+    }
+
+    /// Where organs were for poses that were captured at `t_ns` or later.
+    ///
+    /// # Errors
+    /// [`OpenError::Io`].
+    pub fn tissue_from(&self, t_ns: i64) -> Result<Tissues, OpenError> {
+        let t_ns = file_time(t_ns);
+        Ok(Messages::of(self.items_from(t_ns)?, TISSUE, t_ns))
     }
 
     /// Whether there may be messages of `topic`: without an index nobody knows.

@@ -7,7 +7,7 @@ use mcap::{Channel, Message};
 use prost::Message as _;
 
 use crate::wire::proto::PoseSeq;
-use crate::wire::schema::{EMITTER_SCHEMA, MARKER_SCHEMA, POSE_SCHEMA};
+use crate::wire::schema::{EMITTER_SCHEMA, MARKER_SCHEMA, POSE_SCHEMA, TISSUE_SCHEMA};
 use crate::wire::seq::SeqWatch;
 
 /// What was found of one topic.
@@ -50,9 +50,11 @@ impl Tally {
         let (first, last) = topic.span_ns.unwrap_or((time, time));
         topic.messages += 1;
         topic.span_ns = Some((first.min(time), last.max(time)));
-        // The number is the first field of all three.
-        if matches!(topic.schema.as_str(), POSE_SCHEMA | EMITTER_SCHEMA | MARKER_SCHEMA)
-            && let Ok(pose) = PoseSeq::decode(&*message.data)
+        // The number is the first field of all four.
+        if matches!(
+            topic.schema.as_str(),
+            POSE_SCHEMA | EMITTER_SCHEMA | MARKER_SCHEMA | TISSUE_SCHEMA
+        ) && let Ok(pose) = PoseSeq::decode(&*message.data)
         {
             topic.seqs.saw(pose.seq);
         }

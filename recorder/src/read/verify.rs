@@ -16,8 +16,10 @@ use crate::read::damage::OpenError;
 use crate::read::reader::{self, ReadError, Recorded};
 use crate::read::scan::{self, Item};
 use crate::read::seek;
-use crate::wire::proto::UsFrame;
-use crate::wire::schema::{EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA, RAW_IMAGE_SCHEMA, US_IMAGE};
+use crate::wire::proto::{TissueFrame, UsFrame};
+use crate::wire::schema::{
+    EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA, RAW_IMAGE_SCHEMA, TISSUE_SCHEMA, US_IMAGE,
+};
 
 /// More are counted, not named.
 const NAMED: usize = 100;
@@ -87,6 +89,7 @@ impl Verified {
             RAW_IMAGE_SCHEMA if topic == US_IMAGE => {
                 stamps::<UsFrame>(message, |image| (image.header.seq, image.header.t_capture_ns))
             }
+            TISSUE_SCHEMA => stamps::<TissueFrame>(message, |state| (state.header.seq, state.header.t_capture_ns)),
             MARKER_SCHEMA => stamps::<MarkerFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
             _ => return,
         };

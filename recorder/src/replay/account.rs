@@ -25,6 +25,8 @@ pub struct Account {
     pub published: u64,
     /// Poses whose frame of the localizer is not in the recording, where poses are made again: they are not.
     pub without_frames: u64,
+    /// Poses of which the recording has no state of the tissue, where states are made again: they are left out.
+    pub without_state: u64,
     /// Frames of which the tracker made no pose in time.
     pub unanswered: u64,
     /// What could not be read of the recording, and was left out, in words.

@@ -1,6 +1,7 @@
 //! The replayer's process: reads the recording, drives the transport, publishes.
 
 mod answer;
+mod organs;
 mod outlet;
 mod place;
 
@@ -10,10 +11,10 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::{Lockstep, TRACKER};
-use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, ToolPose};
+use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, TissueHeader, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
-use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE};
+use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE, TISSUE_ASKED};
 
 use super::Speed;
 use super::bar::Bar;
@@ -28,6 +29,7 @@ use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
 use crate::report::basis::Limits;
+use organs::Organs;
 use outlet::{Outlet, UsOutlet};
 
 /// The name of this process on the bus.
@@ -127,6 +129,10 @@ struct Replayer<'a> {
     outlet: Outlet,
     truths: Publisher<ToolPose>,
     images_of_probe: UsOutlet,
+    /// Where the recording says where organs were.
+    organs: Option<Organs>,
+    /// Where a model answers poses again: which ones.
+    asked: Option<Publisher<TissueHeader>>,
     guides: Publisher<Guide>,
     choices: Choices,
     /// What cannot be read of the choices.
@@ -151,6 +157,7 @@ struct Replayer<'a> {
     timing: Timing,
     published: u64,
     without_frames: u64,
+    without_state: u64,
     unanswered: u64,
     /// When something was published last, on the machine's clock.
     published_ns: i64,
@@ -218,7 +225,14 @@ impl<'a> Replayer<'a> {
             Some(delivery) => Tape::with_frames(&options.recording, delivery)?,
             None => Tape::open(&options.recording)?,
         };
-        let found = tape.session().guides()?;
+        let mut found = tape.session().guides()?;
+        let is_answered = process.run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
+        let organs = match options.frames {
+            None if process.scene.tissue.is_some() && !is_answered => {
+                Organs::open(bus, tape.session(), &mut found.unread)?
+            }
+            _ => None,
+        };
         let images = options.images.as_ref();
         let images = images.map(|(folder, every)| Images::open(bus, &process.scene, folder, *every));
         Ok(Self {
@@ -228,8 +242,12 @@ impl<'a> Replayer<'a> {
             outlet: Outlet::open(bus, options.frames)?,
             truths: Publisher::open(bus, &GROUND_TRUTH, "")?,
             images_of_probe: UsOutlet::default(),
+            organs,
+            asked: is_answered
+                .then(|| Publisher::open(bus, &TISSUE_ASKED, ""))
+                .transpose()?,
             guides: Publisher::open(bus, &GUIDE, "")?,
-            choices: Choices::new(found.guides),
+            choices: Choices::new(found.messages),
             unread: found.unread,
             laws: Publisher::open(bus, &SESSION_CLOCK, "")?,
             timelines: match options.has_timeline {
@@ -248,6 +266,7 @@ impl<'a> Replayer<'a> {
             timing: Timing::default(),
             published: 0,
             without_frames: 0,
+            without_state: 0,
             unanswered: 0,
             published_ns: 0,
             last: None,
@@ -291,6 +310,9 @@ impl<'a> Replayer<'a> {
             self.read_beside(now, Limits::of(&process.scene));
             self.say_unread();
             self.laws.serve_late_joiners();
+            // Before the poses that they are of.
+            self.organs.iter().for_each(Organs::serve_late_joiners);
+            self.asked.iter().for_each(Publisher::serve_late_joiners);
             self.outlet.serve_late_joiners();
             self.guides.serve_late_joiners();
             self.tell_timeline()?;
@@ -358,8 +380,13 @@ impl<'a> Replayer<'a> {
 
     fn publish(&mut self, process: &Process) -> Result<(), ReplayError> {
         let Some(moment) = self.tape.take() else { return Ok(()) };
-        if !self.outlet.takes(&moment) {
-            self.without_frames += 1;
+        let is_unknown = self.asked.is_some() && moment.tissue.is_none();
+        if is_unknown || !self.outlet.takes(&moment) {
+            let counted = match is_unknown {
+                true => &mut self.without_state,
+                false => &mut self.without_frames,
+            };
+            *counted += 1;
             if self.transport.state() == ReplayState::Paused {
                 // Who asked for the next pose is shown the next that there is.
                 self.transport.control(Control::Step, monotonic_ns());
@@ -377,6 +404,13 @@ impl<'a> Replayer<'a> {
             self.timing.saw(monotonic_ns().saturating_sub(when));
         }
         self.choose(moment.due_ns())?;
+        // Before its pose: who draws that has it then.
+        if let (Some(organs), Some(state)) = (&mut self.organs, &moment.tissue) {
+            organs.send(state)?;
+        }
+        if let (Some(asked), Some(state)) = (&self.asked, &moment.tissue) {
+            asked.send(state.header)?;
+        }
         self.outlet.send(&moment)?;
         for truth in &moment.truths {
             self.truths.send(*truth)?;
@@ -386,6 +420,11 @@ impl<'a> Replayer<'a> {
         self.published_ns = monotonic_ns();
         self.last = Some(moment.pose);
         Ok(())
+    }
+
+    /// Whether something is made again of what is replayed: in order, as it was then.
+    fn makes_again(&self) -> bool {
+        self.options.frames.is_some() || self.asked.is_some()
     }
 
     /// A tracker that has made no pose of a frame for long will not make one: the replay goes on without.

@@ -11,8 +11,8 @@ use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
 use crate::read::damage::OpenError;
 use crate::read::reader::{Messages, ReadError, Recorded};
 use crate::read::seek::Session;
-use crate::wire::proto::UsFrame;
-use crate::wire::schema::{GROUND_TRUTH, TOOL_POSE, US_IMAGE};
+use crate::wire::proto::{TissueFrame, UsFrame};
+use crate::wire::schema::{GROUND_TRUTH, TISSUE, TOOL_POSE, US_IMAGE};
 
 /// True poses that are kept behind one pose at most: a recording without poses of the tool does not fill the memory.
 const MOST_TRUTHS: usize = 4096;
@@ -34,6 +34,8 @@ pub struct Moment {
     pub truths: Vec<ToolPose>,
     /// The ultrasound images of the same stretch.
     pub images: Vec<UsFrame>,
+    /// Where organs were for this very pose; `None` where that is not read, or not in the recording.
+    pub tissue: Option<Box<TissueFrame>>,
 }
 
 /// What a localizer delivers.
@@ -69,6 +71,8 @@ pub struct Tape {
     truths: Peekable<Readable<ToolPose>>,
     /// Where the recording has any.
     images: Option<Box<Peekable<Readable<UsFrame>>>>,
+    /// Where the recording has any, and poses are those that they are of.
+    tissue: Option<Box<Peekable<Readable<TissueFrame>>>>,
     /// Where poses are made again.
     frames: Option<Frames>,
     next: Option<Moment>,
@@ -115,6 +119,12 @@ impl Stamped for EmitterFrame {
 impl Stamped for MarkerFrame {
     fn stamps(&self) -> (u64, [i64; 2]) {
         (self.seq, [self.t_capture_ns, self.t_publish_ns])
+    }
+}
+
+impl Stamped for TissueFrame {
+    fn stamps(&self) -> (u64, [i64; 2]) {
+        (self.header.seq, [self.header.t_capture_ns, self.header.t_publish_ns])
     }
 }
 
@@ -194,6 +204,11 @@ impl Tape {
             poses: open(TOOL_POSE)?,
             truths: open(GROUND_TRUTH)?,
             images: images_of(&session, i64::MIN, &unread)?,
+            tissue: match delivery {
+                // States are of the recorded poses, and of none that are made again.
+                Some(_) => None,
+                None => tissue_of(&session, i64::MIN, &unread)?,
+            },
             frames: delivery
                 .map(|delivery| Frames::from(&session, delivery, i64::MIN, &unread))
                 .transpose()?,
@@ -243,6 +258,9 @@ impl Tape {
         self.poses = readable(open(TOOL_POSE)?, &self.unread);
         self.truths = readable(open(GROUND_TRUTH)?, &self.unread);
         self.images = images_of(&self.session, from_ns, &self.unread)?;
+        if self.tissue.is_some() {
+            self.tissue = tissue_of(&self.session, from_ns, &self.unread)?;
+        }
         if let Some(frames) = &mut self.frames {
             *frames = Frames::from(&self.session, frames.delivery(), from_ns, &self.unread)?;
         }
@@ -290,11 +308,13 @@ impl Tape {
             }
         }
         let frame = self.frames.as_mut().and_then(|frames| frames.of(&pose));
+        let tissue = self.tissue.as_mut().and_then(|states| state_of(states, &pose));
         Some(Moment {
             pose,
             frame,
             truths,
             images,
+            tissue,
         })
     }
 }
@@ -309,6 +329,38 @@ fn images_of(
         return Ok(None);
     }
     Ok(Some(Box::new(readable(session.us_images_from(from_ns)?, unread))))
+}
+
+/// The states of organs of poses from `from_ns` on; a recording without any is not read once more for them.
+fn tissue_of(
+    session: &Session,
+    from_ns: i64,
+    unread: &Log,
+) -> Result<Option<Box<Peekable<Readable<TissueFrame>>>>, OpenError> {
+    if !session.may_hold(TISSUE) {
+        return Ok(None);
+    }
+    Ok(Some(Box::new(readable(session.tissue_from(from_ns)?, unread))))
+}
+
+/// The state of `pose`; those of earlier poses are passed over.
+fn state_of(states: &mut Peekable<Readable<TissueFrame>>, pose: &ToolPose) -> Option<Box<TissueFrame>> {
+    let is_of = |state: &TissueFrame| {
+        let header = &state.header;
+        (header.pose_seq, header.registration_id) == (pose.seq, pose.registration_id)
+    };
+    loop {
+        let state = states.next_if(|state| state.header.t_capture_ns <= pose.t_capture_ns)?;
+        if state.header.t_capture_ns == pose.t_capture_ns && is_of(&state) {
+            // A model that was started again may have answered it anew: views show the last.
+            let is_again = |next: &TissueFrame| next.header.t_capture_ns == pose.t_capture_ns && is_of(next);
+            let mut last = state;
+            while let Some(again) = states.next_if(is_again) {
+                last = again;
+            }
+            return Some(Box::new(last));
+        }
+    }
 }
 
 impl Frames {

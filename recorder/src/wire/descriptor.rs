@@ -13,6 +13,10 @@ pub(crate) const MARKER_FRAME: &[u8] = include_bytes!("../../proto/trocar/Marker
 pub(crate) const GUIDE: &[u8] = include_bytes!("../../proto/trocar/Guide.binpb");
 /// The schema of [`crate::wire::proto::Workflow`].
 pub(crate) const WORKFLOW: &[u8] = include_bytes!("../../proto/trocar/Workflow.binpb");
+/// The schema of [`crate::wire::proto::TissueState`].
+pub(crate) const TISSUE_STATE: &[u8] = include_bytes!("../../proto/trocar/TissueState.binpb");
+/// The schema of [`crate::wire::proto::TissueMesh`].
+pub(crate) const TISSUE_MESH: &[u8] = include_bytes!("../../proto/trocar/TissueMesh.binpb");
 /// The schema of [`crate::wire::proto::ProcessStatus`].
 pub(crate) const PROCESS_STATUS: &[u8] = include_bytes!("../../proto/trocar/ProcessStatus.binpb");
 /// The schema of [`crate::wire::proto::Identity`].

@@ -2,9 +2,8 @@
 //!
 //! [`ToolPose`] is ours and lossless: what was on the bus can be rebuilt from it bit for bit. [`FrameTransform`] is
 //! Foxglove's, so that its viewer draws the tool; it is in **metres**, the only place of this crate that is.
-//! [`EmitterFrame`] and [`MarkerFrame`] are what the localizer saw, [`RawImage`] what an ultrasound probe saw and [`Guide`] what a person
-//! chose, without loss too; the rest is for
-//! people.
+//! [`EmitterFrame`] and [`MarkerFrame`] are what the localizer saw, [`RawImage`] what an ultrasound probe saw, [`TissueState`] and [`TissueMesh`]
+//! where organs were, and [`Guide`] what a person chose, without loss too; the rest is for people.
 
 use bus::message::{self, Tracked};
 use prost_types::Timestamp;
@@ -13,6 +12,7 @@ mod emitters;
 mod guide;
 mod identity;
 mod markers;
+mod tissue;
 mod us_image;
 mod words;
 
@@ -20,6 +20,7 @@ pub use emitters::{EmitterFrame, decode_emitters};
 pub use guide::{Guide, Workflow, decode_guide};
 pub use identity::Identity;
 pub use markers::{MarkerFrame, decode_markers};
+pub use tissue::{MeshFrame, TissueFrame, TissueMesh, TissueState, decode_mesh, decode_tissue};
 pub use us_image::{RawImage, UsFrame, decode_us_image};
 pub use words::{CompressedImage, Log, ProcessStatus};
 

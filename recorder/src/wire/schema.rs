@@ -21,6 +21,10 @@ pub const EMITTERS: &str = "/emitters";
 pub const MARKERS: &str = "/markers";
 /// The topic of the images of an ultrasound probe, `foxglove.RawImage`.
 pub const US_IMAGE: &str = "/us_image";
+/// The topic of where organs are that a tube moves, `trocar.TissueState`.
+pub const TISSUE: &str = "/tissue";
+/// The topic of the organs at rest, `trocar.TissueMesh`.
+pub const TISSUE_MESH: &str = "/tissue_mesh";
 /// The topic of the processes' states, `trocar.ProcessStatus`, where they change.
 pub const STATUS: &str = "/status";
 /// The topic of what a person chose and held, `trocar.Guide`, where it changes.
@@ -37,6 +41,10 @@ pub const VIEW: &str = "/view/";
 pub const EMITTER_SCHEMA: &str = "trocar.EmitterFrame";
 /// The name of our lossless schema of markers.
 pub const MARKER_SCHEMA: &str = "trocar.MarkerFrame";
+/// The name of our lossless schema of states of organs.
+pub const TISSUE_SCHEMA: &str = "trocar.TissueState";
+/// The name of our lossless schema of organs at rest.
+pub const TISSUE_MESH_SCHEMA: &str = "trocar.TissueMesh";
 /// The name of Foxglove's schema of images as they came, with ours of an ultrasound image beside.
 pub const RAW_IMAGE_SCHEMA: &str = "foxglove.RawImage";
 /// The name of our lossless schema.
@@ -76,6 +84,8 @@ const GUIDE_SCHEMA_ID: u16 = 7;
 const WORKFLOW_SCHEMA_ID: u16 = 8;
 const MARKER_SCHEMA_ID: u16 = 10;
 const RAW_IMAGE_SCHEMA_ID: u16 = 11;
+const TISSUE_SCHEMA_ID: u16 = 12;
+const TISSUE_MESH_SCHEMA_ID: u16 = 13;
 /// The channel of [`TF`].
 pub(crate) const TF_CHANNEL: u16 = 3;
 /// The channel of [`EMITTERS`].
@@ -94,6 +104,10 @@ pub(crate) const WORKFLOW_CHANNEL: u16 = 8;
 pub(crate) const MARKER_CHANNEL: u16 = 10;
 /// The channel of [`US_IMAGE`].
 pub(crate) const US_IMAGE_CHANNEL: u16 = 11;
+/// The channel of [`TISSUE`].
+pub(crate) const TISSUE_CHANNEL: u16 = 12;
+/// The channel of [`TISSUE_MESH`].
+pub(crate) const TISSUE_MESH_CHANNEL: u16 = 13;
 /// The channel of the first of the [`VIEW`]s; those of the others follow.
 pub(crate) const VIEW_CHANNEL: u16 = 16;
 
@@ -133,7 +147,7 @@ impl Source {
 }
 
 /// The schemas: number, name, descriptor.
-pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 10] {
+pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 12] {
     [
         (POSE_SCHEMA_ID, POSE_SCHEMA, descriptor::TOOL_POSE),
         (TF_SCHEMA_ID, TF_SCHEMA, descriptor::FRAME_TRANSFORM),
@@ -145,6 +159,8 @@ pub(crate) fn schemas() -> [(u16, &'static str, &'static [u8]); 10] {
         (WORKFLOW_SCHEMA_ID, WORKFLOW_SCHEMA, descriptor::WORKFLOW),
         (MARKER_SCHEMA_ID, MARKER_SCHEMA, descriptor::MARKER_FRAME),
         (RAW_IMAGE_SCHEMA_ID, RAW_IMAGE_SCHEMA, descriptor::RAW_IMAGE),
+        (TISSUE_SCHEMA_ID, TISSUE_SCHEMA, descriptor::TISSUE_STATE),
+        (TISSUE_MESH_SCHEMA_ID, TISSUE_MESH_SCHEMA, descriptor::TISSUE_MESH),
     ]
 }
 
@@ -167,6 +183,8 @@ pub(crate) fn channels() -> Vec<records::Channel> {
     let guide = "places in the CT's frame, LPS, mm; stamps ns since the run's epoch; each holds from its t_ns on";
     let images =
         "grey values as they came; lengths mm, angles rad, stamps ns since the run's epoch but the device's own";
+    let tissue = "nodes in the mesh's frame, forces in the CT's axes, LPS; lengths mm, forces N, stamps ns since the run's epoch";
+    let mesh = "ct_from_model, LPS; lengths mm; q is w, x, y, z";
     let stamps = "stamps since the run's epoch";
     vec![
         channel(Source::Tool.channel(), POSE_SCHEMA_ID, TOOL_POSE, pose),
@@ -179,6 +197,8 @@ pub(crate) fn channels() -> Vec<records::Channel> {
         channel(WORKFLOW_CHANNEL, WORKFLOW_SCHEMA_ID, WORKFLOW, stamps),
         channel(MARKER_CHANNEL, MARKER_SCHEMA_ID, MARKERS, markers),
         channel(US_IMAGE_CHANNEL, RAW_IMAGE_SCHEMA_ID, US_IMAGE, images),
+        channel(TISSUE_CHANNEL, TISSUE_SCHEMA_ID, TISSUE, tissue),
+        channel(TISSUE_MESH_CHANNEL, TISSUE_MESH_SCHEMA_ID, TISSUE_MESH, mesh),
     ]
 }
 

@@ -17,7 +17,8 @@ use scene::Compression;
 use crate::wire::proto::{self, file_time, frame_transform_in_metres};
 use crate::wire::schema::{
     self, EMITTER_CHANNEL, GUIDE_CHANNEL, IDENTITY_CHANNEL, LIBRARY, LOG_CHANNEL, MARKER_CHANNEL, RunFacts, SCENE,
-    STATUS_CHANNEL, Source, TF_CHANNEL, US_IMAGE_CHANNEL, VIEW_CHANNEL, WORKFLOW_CHANNEL,
+    STATUS_CHANNEL, Source, TF_CHANNEL, TISSUE_CHANNEL, TISSUE_MESH_CHANNEL, US_IMAGE_CHANNEL, VIEW_CHANNEL,
+    WORKFLOW_CHANNEL,
 };
 
 /// A recording that grows.
@@ -41,6 +42,10 @@ pub enum Entry<'a> {
     Markers(&'a proto::MarkerFrame),
     /// What an ultrasound probe saw.
     UsImage(&'a proto::RawImage),
+    /// Where organs are.
+    Tissue(&'a proto::TissueState),
+    /// The organs, at rest.
+    TissueMesh(&'a proto::TissueMesh),
     /// The state of a process.
     Status(&'a proto::ProcessStatus),
     /// Whose examination it is; only after [`PoseLog::with_identity`].
@@ -65,13 +70,14 @@ pub enum Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// The sequence number of what must not be lost: poses and what the localizer delivered.
+    /// The sequence number of what must not be lost: poses, what was delivered to them, and what was made of them.
     pub fn counted(&self) -> Option<u64> {
         match self {
             Self::Pose(_, pose) => Some(pose.seq),
             Self::Emitters(frame) => Some(frame.seq),
             Self::Markers(frame) => Some(frame.seq),
             Self::UsImage(image) => Some(image.seq),
+            Self::Tissue(state) => Some(state.seq),
             _ => None,
         }
     }
@@ -117,6 +123,13 @@ impl Entry<'_> {
                 [image.t_capture_ns, image.t_publish_ns],
                 image,
             ),
+            Entry::Tissue(state) => one(
+                TISSUE_CHANNEL,
+                state.seq,
+                [state.t_capture_ns, state.t_publish_ns],
+                state,
+            ),
+            Entry::TissueMesh(mesh) => one(TISSUE_MESH_CHANNEL, 0, [mesh.t_ns; 2], mesh),
             Entry::Status(status) => one(STATUS_CHANNEL, 0, [status.t_ns; 2], status),
             Entry::Identity(identity) => one(IDENTITY_CHANNEL, 0, [identity.t_ns; 2], identity),
             Entry::Guide(now_ns, guide) => one(GUIDE_CHANNEL, 0, [now_ns, guide.t_ns], guide),

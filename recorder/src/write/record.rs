@@ -99,6 +99,7 @@ pub(crate) struct Recorder {
     emitters: Stream,
     markers: Stream,
     images: Stream,
+    tissue: Stream,
     watch: Watch,
     thumbnails: Option<Thumbnails>,
     /// Where the recording says whose examination it is.
@@ -140,12 +141,13 @@ impl Recorder {
         let thumbnails = spec.thumbnail_every.map(|every| Thumbnails::open(bus, scene, every));
         let is_anew = run.began_ns().is_some();
         Ok(Self {
-            intake: Intake::start(run, intake::ROOM, bus.life_line())?,
+            intake: Intake::start(run, (intake::ROOM, scene.tissue.is_some()), bus.life_line())?,
             tool: Stream::default(),
             truth: Stream::default(),
             emitters: Stream::default(),
             markers: Stream::default(),
             images: Stream::default(),
+            tissue: Stream::default(),
             watch: Watch::open(bus, scene)?,
             thumbnails: thumbnails.transpose()?,
             whose: spec.identity.then(|| Whose::open(bus)).transpose()?,
@@ -221,12 +223,26 @@ impl Recorder {
         for image in &taken.images {
             series.put(now_ns, Entry::UsImage(&proto::RawImage::from(image)));
         }
+        for mesh in &taken.meshes {
+            series.mesh(now_ns, proto::TissueMesh::of(now_ns, mesh));
+        }
+        self.tissue.saw(taken.tissue.iter().map(|state| state.header.seq));
+        for state in &taken.tissue {
+            series.put(now_ns, Entry::Tissue(&proto::TissueState::from(state)));
+        }
         Ok(())
     }
 
     /// What has come of it so far.
     pub(crate) fn progress(&self) -> Progress {
-        let streams = [&self.tool, &self.truth, &self.emitters, &self.markers, &self.images];
+        let streams = [
+            &self.tool,
+            &self.truth,
+            &self.emitters,
+            &self.markers,
+            &self.images,
+            &self.tissue,
+        ];
         let seqs = streams.map(|stream| stream.seqs);
         let missing = seqs.iter().map(|seqs| seqs.missing).fold(0, u64::saturating_add);
         let unrecorded = self.series.unrecorded();

@@ -129,6 +129,12 @@ impl Series {
         self.content.identity = Some(identity);
     }
 
+    /// Writes down organs at rest, in this file and in those to come.
+    pub(crate) fn mesh(&mut self, now_ns: i64, mesh: proto::TissueMesh) {
+        self.take(now_ns, Entry::TissueMesh(&mesh));
+        self.content.mesh = Some(mesh);
+    }
+
     /// Closes a chunk, rotates, looks at the disk, each if it is time. Gives what a person must be told.
     pub(crate) fn step(&mut self, now_ns: i64) -> Vec<String> {
         self.look(now_ns);
@@ -177,7 +183,11 @@ impl Series {
         let State::Writing { file, since_ns, .. } = &self.state else {
             return;
         };
-        let full = self.spec.rotate_bytes.is_some_and(|most| file.bytes() >= most);
+        // What every file begins with does not fill one by itself.
+        let full = self
+            .spec
+            .rotate_bytes
+            .is_some_and(|most| file.bytes() >= most.max(2 * file.head()));
         let since = now_ns.saturating_sub(*since_ns);
         let old = self.spec.rotate_after.is_some_and(|most| since >= clock::ns(most));
         if full || old {
@@ -224,6 +234,9 @@ impl Series {
         }
         if let Some((written_ns, _)) = &mut self.content.guide {
             *written_ns = now_ns;
+        }
+        if let Some(mesh) = &mut self.content.mesh {
+            mesh.t_ns = now_ns;
         }
         match aside.and_then(|_| SessionFile::create(&self.out, &self.content)) {
             Ok(file) => {

@@ -38,6 +38,8 @@ pub struct Content {
     pub identity: Option<Identity>,
     /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
     pub guide: Option<(i64, proto::Guide)>,
+    /// The organs at rest that the states of the file are of.
+    pub mesh: Option<proto::TissueMesh>,
 }
 
 impl Content {
@@ -52,6 +54,7 @@ impl Content {
             is_named: false,
             identity: None,
             guide: None,
+            mesh: None,
         }
     }
 }
@@ -62,6 +65,8 @@ pub struct SessionFile {
     log: PoseLog<Sink>,
     file: Arc<File>,
     size: Arc<AtomicU64>,
+    /// Bytes that it began with.
+    head: u64,
     out: PathBuf,
     recording: PathBuf,
 }
@@ -122,6 +127,9 @@ impl SessionFile {
             if let Some((now_ns, guide)) = &content.guide {
                 log.put(Entry::Guide(*now_ns, guide))?;
             }
+            if let Some(mesh) = &content.mesh {
+                log.put(Entry::TissueMesh(mesh))?;
+            }
             log.flush()?;
             Ok(log)
         };
@@ -133,6 +141,7 @@ impl SessionFile {
         Ok(Self {
             log,
             file,
+            head: size.load(Ordering::Relaxed),
             size,
             out: out.to_owned(),
             recording,
@@ -192,6 +201,11 @@ impl SessionFile {
     /// Whether anything came since the last flush.
     pub fn is_dirty(&self) -> bool {
         self.log.is_dirty()
+    }
+
+    /// Bytes that it began with: scene, schemas, organs at rest.
+    pub fn head(&self) -> u64 {
+        self.head
     }
 
     /// Bytes that no kill can lose any more.

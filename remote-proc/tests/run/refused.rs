@@ -250,6 +250,7 @@ fn what_is_not_of_the_present_is_not_sent() {
         run.replay = Some(ReplayOf {
             recording: "s.mcap".into(),
             volume_hash: None,
+            tissue_again: false,
         });
     });
     assert!(

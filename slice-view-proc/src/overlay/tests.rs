@@ -333,6 +333,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
                     moved: moved.filter(|_| is_moved),
                     late_ns,
                     seq: 1,
+                    force_n: (shown == TissueShown::Settled).then_some(0.523),
                 },
                 ..*overlay
             };
@@ -344,7 +345,12 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
     let live = |shown| words(shown, Notice::Live, Some(123_400_000));
     assert!(!live(TissueShown::None).0.contains("MODEL") && live(TissueShown::None).1.is_none());
     let (settled, frame) = live(TissueShown::Settled);
-    assert!(settled.contains("MODEL") && !settled.contains("REST") && frame.is_none());
+    assert!(
+        settled.contains("MODEL|")
+            && settled.contains("0.52\u{a0}N ON THE TUBE")
+            && !settled.contains("REST")
+            && frame.is_none()
+    );
     for (shown, said) in [
         (TissueShown::Approximate, "MODEL NOT SETTLED, TARGETS AT REST"),
         (TissueShown::Late, "TISSUE LATE 123\u{a0}ms: ORGANS AT REST"),
@@ -381,6 +387,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
                 }),
                 late_ns: None,
                 seq: 1,
+                force_n: None,
             };
             Overlay { tissue, ..*overlay }.tissue_alarm()
         });

@@ -116,6 +116,7 @@ impl Overlay<'_> {
         for letter in self.letters().into_iter().filter(|_| has_letters) {
             layout.place(letter);
         }
+        layout.place(self.force_word());
         // The state may stand on many lines; what comes before may not.
         let (state, colour) = self.state_words();
         let spots = [Corner::TopRight, Corner::BottomRight]
@@ -181,6 +182,20 @@ impl Overlay<'_> {
             ([x, 44.0 * self.word_unit()], Anchor::Centre)
         });
         self.caption(word, 20.0, palette::WORDS, at.into())
+    }
+
+    /// What the moved organ does to the tube, by the model.
+    fn force_word(&self) -> Caption {
+        let force = self
+            .tissue
+            .force_n
+            .filter(|force| self.shows_model() && force.is_finite());
+        let word = force.map_or(String::new(), |force| format!("{force:.2}\u{a0}N ON THE TUBE"));
+        let at = [0.5, 0.3, 0.7].map(|part| {
+            let x = part * f64::from(self.view.size[0]);
+            ([x, 64.0 * self.word_unit()], Anchor::Centre)
+        });
+        self.caption(word, 12.0, palette::WORDS, at.into())
     }
 
     /// Alarms, each in a band of its own, below one another; in smaller type where they would leave the letters no room.

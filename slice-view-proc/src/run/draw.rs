@@ -4,7 +4,7 @@
 //! their own, which is the first to grow: they show where the tube is in the body, which changes less than what lies before its tip.
 
 use bus::clock;
-use bus::message::{FrameStamp, FrameState, ToolPose};
+use bus::message::{FrameStamp, FrameState, TissueShown, ToolPose};
 use geometry::{Ct, Rigid, Tool};
 
 use super::tissue::{shown, stamped};
@@ -119,7 +119,7 @@ impl SliceView {
         };
         let scene = &self.process.scene;
         let stale_ns = clock::ns(scene.limits.stale);
-        let mut are_all = true;
+        let (mut are_all, mut lacks_state) = (true, false);
         for output in &mut self.outputs {
             if !chosen(output) {
                 are_all = false;
@@ -130,8 +130,11 @@ impl SliceView {
             let began_ns = clock.now_ns();
             let is_slab = output.renderer.view().sampling.slab.is_some();
             loop {
-                let shows = (sample, what.notice, clock.now_ns());
-                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab), shows);
+                // A replay has the state of a pose with it, or has none.
+                let now_ns = (!self.process.session.is_ruled()).then(|| clock.now_ns());
+                let shows = (sample, what.notice, now_ns);
+                // Through a slab organs are not followed, nor where a person wishes to see the examination as it was taken.
+                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab || images.at_rest), shows);
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {
                     true => self.resampler.exact(),
@@ -165,6 +168,7 @@ impl SliceView {
                 what.notice = Notice::Stale(clock.now_ns() - sample.t_capture_ns);
             }
             if !is_held {
+                lacks_state |= what.tissue.shown == TissueShown::Late;
                 output.waits = false;
                 output.took_ns = clock.now_ns() - began_ns;
                 output.live_from_ns = (what.notice == Notice::Live).then_some(sample.t_capture_ns);
@@ -175,6 +179,9 @@ impl SliceView {
             // Some views stale and others not: all are due at the next turn.
             let is_one = are_all || state == FrameState::Live;
             self.drawn = is_one.then_some((state, t_seen_ns));
+            if let Some(tissue) = &mut self.tissue {
+                tissue.lacked = lacks_state.then_some((sample.seq, sample.t_capture_ns));
+            }
         }
         Ok(())
     }

@@ -3,17 +3,16 @@
 use bus::clock;
 use bus::continuity::Continuity;
 use bus::message::{ToolPose, Tracked};
-use bus::port::Subscriber;
 
-use super::{AGEING, RunError, SliceView, follow};
+use super::{AGEING, Inlets, RunError, SliceView, follow};
 use crate::remarks::Remarks;
 
 impl SliceView {
     /// Takes what came, in its order, and draws the newest of it; where nothing came, lets the images grow old.
-    pub(super) fn follow_ruled(&mut self, poses: &Subscriber<ToolPose>) -> Result<(), RunError> {
+    pub(super) fn follow_ruled(&mut self, inlets: &Inlets) -> Result<(), RunError> {
         self.came.clear();
         while self.came.len() < follow::ROOM
-            && let Some(pose) = poses.next()?
+            && let Some(pose) = inlets.poses.next()?
         {
             self.came.push(pose);
         }
@@ -39,9 +38,18 @@ impl SliceView {
             self.places.came();
             newest = Some((sample, self.take(sample)));
         }
-        match newest {
+        if newest.is_some() {
+            // A replay sends the state of a pose before the pose: it may have come since this turn began.
+            self.hear_tissue(inlets.states.as_ref())?;
+        }
+        match self.settled(newest) {
             Some((sample, tracked)) => self.draw_now(&sample, tracked),
-            None => self.age(),
+            // What is shown grows no older: its time stands still.
+            None if self.awaited.is_some() => Ok(()),
+            None => match self.answered_late() {
+                Some((sample, tracked)) => self.draw_now(&sample, tracked),
+                None => self.age(),
+            },
         }
     }
 
@@ -53,6 +61,7 @@ impl SliceView {
         self.last = None;
         self.last_valid = None;
         self.pending.clear();
+        self.awaited = None;
         self.quiet_until_ns = self.process.clock().now_ns() + clock::ns(AGEING);
     }
 

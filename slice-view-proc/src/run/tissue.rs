@@ -1,7 +1,12 @@
 //! Organs that move: an image waits for the state of its pose, as long as that may be late.
+//!
+//! In simulated time, and where a replay has states made again, images wait until the state is there; a replay sends the state that
+//! it has of a pose before the pose.
+
+use std::time::Duration;
 
 use bus::BusError;
-use bus::clock;
+use bus::clock::{self, monotonic_ns};
 use bus::message::{FrameStamp, ToolPose, Tracked};
 use bus::process::Process;
 use scene::{Plane, Scene};
@@ -10,14 +15,23 @@ use super::{RunError, SliceView};
 use crate::overlay::Notice;
 use crate::tissue::{States, Tissue, Tissues};
 
+/// Where time waits for images, a model that has died is waited for so long, on the machine's clock.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A pose whose state is being made, in a run whose time waits for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Awaited {
+    sample: ToolPose,
+    tracked: Tracked,
+    until_ns: i64,
+}
+
 /// What becomes of the states in the views of a direction; `None` where no organ of the scene moves.
 ///
 /// # Errors
 /// [`BusError::Open`].
 pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, BusError> {
-    // What is replayed or simulated comes out the same each time: states come when they come.
-    let follows = plane != Plane::Surface && !process.session.is_ruled();
-    let spec = process.scene.tissue.as_ref().filter(|_| follows);
+    let spec = process.scene.tissue.as_ref().filter(|_| plane != Plane::Surface);
     let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
     spec.map(open).transpose()
 }
@@ -37,6 +51,44 @@ impl SliceView {
         }
         self.process.counters.refused += tissue.refused - before;
         Ok(())
+    }
+
+    /// The pose to be drawn now where time waits for images: `newest`, or the one that was waited for, once its state is there. `None`:
+    /// none yet.
+    pub(super) fn settled(&mut self, newest: Option<(ToolPose, Tracked)>) -> Option<(ToolPose, Tracked)> {
+        let began = newest.map(|(sample, tracked)| Awaited {
+            sample,
+            tracked,
+            until_ns: monotonic_ns().saturating_add(clock::ns(PATIENCE)),
+        });
+        let awaited = began.or(self.awaited.take())?;
+        let Awaited {
+            sample,
+            tracked,
+            until_ns,
+        } = awaited;
+        let run = &self.process.run;
+        let is_made_now = run.simulated_time || run.replay.as_ref().is_some_and(|replay| replay.tissue_again);
+        let is_made_now = is_made_now && matches!(tracked, Tracked::Valid(_));
+        let Some(tissue) = self
+            .tissue
+            .as_mut()
+            .filter(|tissue| is_made_now && !tissue.has(&sample))
+        else {
+            return Some((sample, tracked));
+        };
+        // A model that did not answer is waited for again once it has answered.
+        tissue.behind |= monotonic_ns() >= until_ns;
+        let waits = !tissue.behind;
+        self.awaited = waits.then_some(awaited);
+        (!waits).then_some((sample, tracked))
+    }
+
+    /// What is shown without the state of its pose, where that has come since.
+    pub(super) fn answered_late(&self) -> Option<(ToolPose, Tracked)> {
+        let (tissue, (sample, tracked)) = (self.tissue.as_ref()?, self.last?);
+        let is_late = tissue.lacked.is_some_and(|of| of == (sample.seq, sample.t_capture_ns));
+        (is_late && tissue.has(&sample)).then_some((sample, tracked))
     }
 
     /// Draws the newest pose that is answered, or the newest of all where states are late; whether there was one.
@@ -69,22 +121,23 @@ impl SliceView {
     }
 }
 
-/// What an image shows of the tissue; nothing is said where the scene moves none. Through a slab organs are not followed.
+/// What an image shows of the tissue; nothing is said where the scene moves none. `is_rigid` where organs are not followed. `now_ns` where
+/// a state may come late: not where time waits for images.
 pub(super) fn shown<'a>(
     tissue: Option<&'a Tissue>,
-    (scene, is_slab): (&Scene, bool),
-    (sample, notice, now_ns): (&ToolPose, Notice, i64),
+    (scene, is_rigid): (&Scene, bool),
+    (sample, notice, now_ns): (&ToolPose, Notice, Option<i64>),
 ) -> Tissues<'a> {
     if scene.tissue.is_none() {
         return Tissues::default();
     }
-    let Some(tissue) = tissue.filter(|_| !is_slab) else {
+    let Some(tissue) = tissue.filter(|_| !is_rigid) else {
         return Tissues::rigid();
     };
     match notice {
         Notice::Lost(..) | Notice::Look => Tissues::rigid(),
         Notice::Requested => tissue.shown(sample, None),
-        Notice::Live | Notice::Stale(_) => tissue.shown(sample, Some(now_ns)),
+        Notice::Live | Notice::Stale(_) => tissue.shown(sample, now_ns),
     }
 }
 

@@ -21,12 +21,14 @@ pub enum ImagesKey {
     Closer,
     /// Local images show more.
     Further,
+    /// Organs as the examination has them, or where a model has them again.
+    Organs,
     /// All as the scene says.
     Scene,
 }
 
 /// Each key, as it is printed on the keyboard, with or without Shift, and what it asks for.
-pub(super) const KEYS: [(&str, Key, bool, ImagesKey); 15] = [
+pub(super) const KEYS: [(&str, Key, bool, ImagesKey); 16] = [
     ("1", Key::Num1, false, ImagesKey::Window(0)),
     ("2", Key::Num2, false, ImagesKey::Window(1)),
     ("3", Key::Num3, false, ImagesKey::Window(2)),
@@ -42,6 +44,7 @@ pub(super) const KEYS: [(&str, Key, bool, ImagesKey); 15] = [
     ("+", Key::Equals, false, ImagesKey::Closer),
     ("+", Key::Equals, true, ImagesKey::Closer),
     ("-", Key::Minus, false, ImagesKey::Further),
+    ("O", Key::O, false, ImagesKey::Organs),
     ("R", Key::R, false, ImagesKey::Scene),
 ];
 

@@ -44,6 +44,11 @@ pub(super) fn wish(key: ImagesKey, now: Images, scene: &Scene) -> Result<ImagesW
         ImagesKey::Scene => Some(ImagesWish {
             field_mm: Change::Scene,
             window: Change::Scene,
+            at_rest: Change::Scene,
+        }),
+        ImagesKey::Organs => Some(ImagesWish {
+            at_rest: Change::Set(!now.at_rest),
+            ..ImagesWish::default()
         }),
     };
     wish.ok_or_else(|| "no key leads further; `pilot images` sets any window and field".to_owned())
@@ -107,6 +112,8 @@ mod tests {
             let last = (0..40).find_map(|_| press(key).err()).unwrap();
             assert!(last.contains("pilot images"), "{last}");
         }
+        assert!(press(ImagesKey::Organs).unwrap().at_rest && !press(ImagesKey::Organs).unwrap().at_rest);
+        assert!(press(ImagesKey::Organs).unwrap().at_rest);
         assert_eq!(press(ImagesKey::Scene).unwrap(), Images::default());
         for k in 0..5 {
             assert!(press(ImagesKey::Window(k)).is_ok());

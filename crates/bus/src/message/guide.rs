@@ -117,6 +117,8 @@ impl Guide {
     pub const FIELD: u32 = 8;
     /// Images have a window of their own.
     pub const WINDOW: u32 = 16;
+    /// Organs are shown as the examination has them.
+    pub const AT_REST: u32 = 32;
 
     /// The same with another target, or with none.
     #[must_use]
@@ -128,7 +130,7 @@ impl Guide {
             field_mm: self.field_mm,
             centre_hu: self.centre_hu,
             width_hu: self.width_hu,
-            flags: self.flags & (Self::HELD | Self::FIELD | Self::WINDOW),
+            flags: self.flags & (Self::HELD | Self::FIELD | Self::WINDOW | Self::AT_REST),
             ..Self::default()
         };
         let Some(chosen) = chosen else { return kept };
@@ -172,9 +174,10 @@ impl Guide {
             field_mm: images.field_mm.unwrap_or_default(),
             centre_hu: window.centre_hu,
             width_hu: window.width_hu,
-            flags: self.flags & !(Self::FIELD | Self::WINDOW)
+            flags: self.flags & !(Self::FIELD | Self::WINDOW | Self::AT_REST)
                 | has(images.field_mm.is_some(), Self::FIELD)
-                | has(images.window.is_some(), Self::WINDOW),
+                | has(images.window.is_some(), Self::WINDOW)
+                | has(images.at_rest, Self::AT_REST),
             ..self
         }
     }
@@ -192,6 +195,7 @@ impl Guide {
         let images = Images {
             field_mm: has(Self::FIELD).then_some(self.field_mm),
             window: has(Self::WINDOW).then_some(window),
+            at_rest: has(Self::AT_REST),
         };
         Ok(images.checked()?)
     }
@@ -283,6 +287,7 @@ mod tests {
                 centre_hu: 400.0,
                 width_hu: 2000.0,
             }),
+            at_rest: true,
         };
         let guide = Guide::default().showing(&images);
         assert_eq!(guide.images(), Ok(images));

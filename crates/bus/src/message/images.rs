@@ -17,6 +17,8 @@ pub struct Images {
     pub field_mm: Option<f64>,
     /// How HU become grey, on all images.
     pub window: Option<WindowLevel>,
+    /// Organs are shown as the examination has them, also where a model moves them.
+    pub at_rest: bool,
 }
 
 /// A wish about one of the two.
@@ -38,6 +40,8 @@ pub struct ImagesWish {
     pub field_mm: Change<f64>,
     /// Of the window of HU.
     pub window: Change<WindowLevel>,
+    /// Of whether organs are shown as the examination has them.
+    pub at_rest: Change<bool>,
 }
 
 /// Why a choice is refused.
@@ -54,7 +58,7 @@ pub enum ImagesError {
         expected: &'static str,
     },
     /// A request that changes nothing.
-    #[error("the images: neither a field nor a window is asked for")]
+    #[error("the images: neither a field, nor a window, nor where organs are shown is asked for")]
     Nothing,
 }
 
@@ -76,6 +80,7 @@ impl Images {
         Self {
             field_mm: wish.field_mm.after(self.field_mm),
             window: wish.window.after(self.window),
+            at_rest: wish.at_rest.after(Some(self.at_rest)).unwrap_or_default(),
         }
     }
 
@@ -98,7 +103,9 @@ impl Images {
     pub fn words(&self) -> String {
         let window = self.window.map(|w| format!("W {} C {}", w.width_hu, w.centre_hu));
         let field = self.field_mm.map(|mm| format!("field {mm} mm"));
-        window.into_iter().chain(field).collect::<Vec<_>>().join(", ")
+        let organs = self.at_rest.then(|| "organs at rest".to_owned());
+        let all = window.into_iter().chain(field).chain(organs);
+        all.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -129,6 +136,7 @@ mod tests {
         assert_eq!(images.words(), "");
         images.window = Some(BONE);
         images.field_mm = Some(62.5);
-        assert_eq!(images.words(), "W 2000 C 400, field 62.5 mm");
+        images.at_rest = true;
+        assert_eq!(images.words(), "W 2000 C 400, field 62.5 mm, organs at rest");
     }
 }

@@ -9,6 +9,9 @@ const FIELD: u32 = 1;
 const SCENES_FIELD: u32 = 2;
 const WINDOW: u32 = 4;
 const SCENES_WINDOW: u32 = 8;
+const AT_REST: u32 = 16;
+const MOVED: u32 = 32;
+const SCENES_ORGANS: u32 = 64;
 
 impl Command {
     /// The request to change how images look.
@@ -23,8 +26,14 @@ impl Command {
             Change::Scene => (SCENES_WINDOW, ImagePlane::default()),
             Change::Set(level) => (WINDOW, ImagePlane::of(None, level)),
         };
+        let organs = match wish.at_rest {
+            Change::Keep => 0,
+            Change::Scene => SCENES_ORGANS,
+            Change::Set(true) => AT_REST,
+            Change::Set(false) => MOVED,
+        };
         Self {
-            view: field | window,
+            view: field | window | organs,
             number,
             plane,
             ..Self::new(CommandKind::Images)
@@ -51,6 +60,12 @@ impl Command {
                 (false, true) => Change::Scene,
                 (false, false) => Change::Keep,
             },
+            at_rest: match (has(AT_REST), has(MOVED), has(SCENES_ORGANS)) {
+                (true, ..) => Change::Set(true),
+                (_, true, _) => Change::Set(false),
+                (_, _, true) => Change::Scene,
+                _ => Change::Keep,
+            },
         };
         if wish == ImagesWish::default() {
             return Err(ImagesError::Nothing);
@@ -73,17 +88,33 @@ mod tests {
         let before = Images {
             field_mm: Some(60.0),
             window: None,
+            at_rest: true,
         };
-        for (field_mm, window, after) in [
-            (Change::Keep, Change::Set(BONE), (Some(60.0), Some(BONE))),
-            (Change::Scene, Change::Keep, (None, None)),
-            (Change::Set(30.0), Change::Scene, (Some(30.0), None)),
+        for (field_mm, window, at_rest, after) in [
+            (
+                Change::Keep,
+                Change::Set(BONE),
+                Change::Keep,
+                (Some(60.0), Some(BONE), true),
+            ),
+            (Change::Scene, Change::Keep, Change::Scene, (None, None, false)),
+            (
+                Change::Set(30.0),
+                Change::Scene,
+                Change::Set(false),
+                (Some(30.0), None, false),
+            ),
+            (Change::Keep, Change::Keep, Change::Set(true), (Some(60.0), None, true)),
         ] {
-            let wish = ImagesWish { field_mm, window };
+            let wish = ImagesWish {
+                field_mm,
+                window,
+                at_rest,
+            };
             let heard = Command::images(wish).images_wish().unwrap();
             assert_eq!(heard, wish);
             let found = before.with(heard);
-            assert_eq!((found.field_mm, found.window), after);
+            assert_eq!((found.field_mm, found.window, found.at_rest), after);
         }
         let nothing = Command::images(ImagesWish::default()).images_wish();
         assert_eq!(nothing, Err(ImagesError::Nothing));

@@ -9,7 +9,8 @@ use crate::message::{
 use crate::node::patiently;
 use crate::topic::{
     COMMAND, EMITTERS, EVENT, FRAME_STAMP, GROUND_TRUTH, GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, LOOK_FRAME, MARKERS,
-    PLAN, SESSION_CLOCK, STEPS, TIMELINE, TISSUE, TISSUE_MESH, TOOL_POSE, Topic, US_IMAGE, VIEW_FRAME, WORKFLOW,
+    PLAN, SESSION_CLOCK, STEPS, TIMELINE, TISSUE, TISSUE_ASKED, TISSUE_MESH, TOOL_POSE, Topic, US_IMAGE, VIEW_FRAME,
+    WORKFLOW,
 };
 use crate::{Bus, BusError};
 
@@ -77,6 +78,7 @@ impl Services {
             })?;
             keep(&mut kept, bus, || headed::service::<TissueHeader, f32>(bus, &TISSUE))?;
             keep(&mut kept, bus, || event_service(bus, &TISSUE, TISSUE.name))?;
+            keep_stream::<TissueHeader>(&mut kept, bus, &TISSUE_ASKED, "")?;
         }
         if members.is_planning {
             keep_stream::<Plan>(&mut kept, bus, &PLAN, "")?;

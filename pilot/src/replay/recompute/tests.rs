@@ -101,7 +101,10 @@ fn what_no_poses_can_be_made_of_is_refused_by_name() {
         ..facts(&[])
     };
     assert_eq!(
-        prepared(&args(&[]), &posed, &mut markers.clone()).unwrap().frames,
+        prepared(&args(&[]), &posed, &mut markers.clone())
+            .unwrap()
+            .frames
+            .unwrap(),
         "markers"
     );
     let text = prepared(&args(&[]), &posed, &mut scene("source = \"external\"")).unwrap_err();

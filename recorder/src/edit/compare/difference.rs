@@ -2,6 +2,7 @@
 
 use geometry::{Ct, Point, Rigid, Tool};
 
+use super::tissue::Tissue;
 use super::{Sample, Samples};
 
 /// What lies between the poses of one sequence number.
@@ -72,6 +73,8 @@ pub(crate) struct Compared {
     pub alone: [u64; 2],
     /// Samples in each whose number had come before; the later one counts.
     pub repeated: [u64; 2],
+    /// Organs, where a recording says where they were.
+    pub tissue: Option<Tissue>,
 }
 
 impl Compared {
@@ -86,6 +89,7 @@ impl Compared {
             alone: [a, b].map(|samples| (samples.by_seq.len() - common) as u64),
             repeated: [a.repeated, b.repeated],
             differences,
+            tissue: None,
         }
     }
 }

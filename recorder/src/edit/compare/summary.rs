@@ -5,6 +5,7 @@ use std::fmt;
 use serde::Serialize;
 
 use super::Compared;
+use super::tissue::Tissue;
 
 /// How some distances or angles are spread. All zero without any.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Serialize)]
@@ -56,6 +57,9 @@ pub(crate) struct Summary {
     pub tip_mm: Spread,
     /// Between the orientations, degrees.
     pub angle_deg: Spread,
+    /// Organs, where a recording says where they were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tissue: Option<Tissue>,
 }
 
 impl Summary {
@@ -78,6 +82,7 @@ impl Summary {
             repeated: compared.repeated,
             tip_mm: Spread::of(&tips),
             angle_deg: Spread::of(&angles),
+            tissue: compared.tissue.clone(),
         }
     }
 }
@@ -116,6 +121,6 @@ impl fmt::Display for Summary {
                 s.rms, s.p50, s.p95, s.max, s.max_seq
             )?;
         }
-        Ok(())
+        self.tissue.as_ref().map_or(Ok(()), |tissue| tissue.fmt(f))
     }
 }

@@ -22,7 +22,7 @@ impl Replayer<'_> {
             request.reply(written.as_deref().map_err(String::as_str))?;
             return Ok(());
         }
-        let is_back = command.command_kind() == Some(CommandKind::StepBack) && self.options.frames.is_none();
+        let is_back = command.command_kind() == Some(CommandKind::StepBack) && !self.makes_again();
         let asked = match is_back {
             true => Ok(self.step_back()?),
             false => self.control(&command),
@@ -92,11 +92,13 @@ impl Replayer<'_> {
             Some(CommandKind::Pause) => Ok(Control::Pause),
             Some(CommandKind::Play) => Ok(Control::Play),
             Some(CommandKind::Step) => Ok(Control::Step),
+            Some(CommandKind::Speed) if self.asked.is_some() => {
+                Err("each pose waits for its state: this replay answers pause, play and step".to_owned())
+            }
             Some(CommandKind::Speed) => Speed::from_number(command.number).map(Control::Speed),
-            Some(CommandKind::Seek | CommandKind::StepBack) if self.options.frames.is_some() => Err(
-                "poses that are made again are made in order: this replay answers pause, play, step and speed"
-                    .to_owned(),
-            ),
+            Some(CommandKind::Seek | CommandKind::StepBack) if self.makes_again() => {
+                Err("what is made again is made in order: this replay answers pause, play, step and speed".to_owned())
+            }
             Some(CommandKind::Seek) => {
                 let last_s = self.seconds(self.options.span_ns[1]);
                 let first_s = self.seconds(self.options.span_ns[0]);
@@ -145,6 +147,7 @@ impl Replayer<'_> {
             to_s: self.seconds(self.options.span_ns[1]),
             published: self.published,
             without_frames: self.without_frames,
+            without_state: self.without_state,
             unanswered: self.unanswered,
             unread: self.unread(),
             wall_s: clock::ms(monotonic_ns() - self.began_ns) / 1e3,

@@ -49,6 +49,7 @@ impl Replayer<'_> {
                     frame: None,
                     truths: Vec::new(),
                     images: Vec::new(),
+                    tissue: None,
                 })?;
             }
         }

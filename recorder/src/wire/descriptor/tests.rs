@@ -9,10 +9,12 @@ use super::*;
 use crate::wire::proto;
 
 /// The `.proto` file of each schema, without its ending.
-const SCHEMAS: [(&str, &[u8]); 11] = [
+const SCHEMAS: [(&str, &[u8]); 13] = [
     ("trocar/ToolPose", TOOL_POSE),
     ("trocar/EmitterFrame", EMITTER_FRAME),
     ("trocar/MarkerFrame", MARKER_FRAME),
+    ("trocar/TissueState", TISSUE_STATE),
+    ("trocar/TissueMesh", TISSUE_MESH),
     ("trocar/ProcessStatus", PROCESS_STATUS),
     ("trocar/Guide", GUIDE),
     ("trocar/Workflow", WORKFLOW),

@@ -6,20 +6,20 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use bus::life::LifeLine;
-use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
-use bus::port::{Message, Subscriber, UsImageSubscriber};
+use bus::message::{EmitterFrame, MarkerFrame, TissueHeader, TissueMeshHeader, ToolPose};
+use bus::port::{HeadedSubscriber, Message, Subscriber, UsImageSubscriber, Value};
 use bus::run::RunContext;
 use bus::topic::{self, Topic};
 use bus::{Bus, BusError};
 
 use super::{RecordError, TICK};
-use crate::wire::proto::UsFrame;
+use crate::wire::proto::{MeshFrame, TissueFrame, UsFrame};
 
 /// Messages of one topic that wait in memory: 8 s of 4000 a second, 66 MiB of the largest. What comes beyond waits on the
 /// bus, whose oldest messages give way.
 pub(super) const ROOM: usize = 1 << 15;
 
-/// Bytes of ultrasound images that wait in memory: 14 s of 15 images of 300 kB a second.
+/// Bytes of ultrasound images that wait in memory: 14 s of 15 images of 300 kB a second; and as many of states of tissue.
 const IMAGE_ROOM: usize = 64 << 20;
 
 /// What has been taken and not yet been written, in the order of its coming.
@@ -30,6 +30,8 @@ pub(super) struct Taken {
     pub(super) emitters: Vec<EmitterFrame>,
     pub(super) markers: Vec<MarkerFrame>,
     pub(super) images: Vec<UsFrame>,
+    pub(super) meshes: Vec<MeshFrame>,
+    pub(super) tissue: Vec<TissueFrame>,
 }
 
 impl Taken {
@@ -39,6 +41,8 @@ impl Taken {
         self.emitters.clear();
         self.markers.clear();
         self.images.clear();
+        self.meshes.clear();
+        self.tissue.clear();
     }
 }
 
@@ -55,15 +59,19 @@ pub(super) struct Intake {
 
 impl Intake {
     /// Joins the run once more (ports stay on the thread that made them), and subscribes before it returns. No topic has
-    /// more than `room` messages in memory.
-    pub(super) fn start(run: &RunContext, room: usize, life: LifeLine) -> Result<Self, RecordError> {
+    /// more than `room` messages in memory. `has_tissue` in a scene whose organs move.
+    pub(super) fn start(
+        run: &RunContext,
+        (room, has_tissue): (usize, bool),
+        life: LifeLine,
+    ) -> Result<Self, RecordError> {
         let (ask, asked) = mpsc::channel();
         let (say, answer) = mpsc::channel();
         let taken = Arc::<Mutex<Taken>>::default();
         let (run, theirs) = (run.clone(), Arc::clone(&taken));
         let thread = thread::Builder::new()
             .name("intake".to_owned())
-            .spawn(move || match Ports::open(&run, life) {
+            .spawn(move || match Ports::open(&run, life, has_tissue) {
                 Ok(ports) => {
                     // Whoever started this is gone only where it has failed.
                     let _ = say.send(Ok(()));
@@ -121,6 +129,12 @@ impl Drop for Intake {
     }
 }
 
+/// Organs that the tube moves.
+struct Organs {
+    meshes: HeadedSubscriber<TissueMeshHeader, u8>,
+    states: HeadedSubscriber<TissueHeader, f32>,
+}
+
 /// The thread's own ends of the topics. The bus goes last.
 struct Ports {
     tool: Subscriber<ToolPose>,
@@ -128,11 +142,13 @@ struct Ports {
     emitters: Subscriber<EmitterFrame>,
     markers: Subscriber<MarkerFrame>,
     images: UsImageSubscriber,
+    /// Where organs move.
+    organs: Option<Organs>,
     _bus: Bus,
 }
 
 impl Ports {
-    fn open(run: &RunContext, life: LifeLine) -> Result<Self, BusError> {
+    fn open(run: &RunContext, life: LifeLine, has_tissue: bool) -> Result<Self, BusError> {
         fn opened<T: Message>(bus: &Bus, topic: &Topic) -> Result<Subscriber<T>, BusError> {
             Subscriber::open(bus, topic, "", topic.buffer)
         }
@@ -143,6 +159,7 @@ impl Ports {
             emitters: opened(&bus, &topic::EMITTERS)?,
             markers: opened(&bus, &topic::MARKERS)?,
             images: UsImageSubscriber::open(&bus)?,
+            organs: has_tissue.then(|| Organs::open(&bus)).transpose()?,
             _bus: bus,
         })
     }
@@ -175,8 +192,52 @@ impl Ports {
         fill(&self.truth, &mut taken.truth, room)?;
         fill(&self.emitters, &mut taken.emitters, room)?;
         fill(&self.markers, &mut taken.markers, room)?;
-        fill_images(&self.images, &mut taken.images)
+        fill_images(&self.images, &mut taken.images)?;
+        self.organs.as_ref().map_or(Ok(()), |organs| organs.fill(&mut taken))
     }
+}
+
+impl Organs {
+    fn open(bus: &Bus) -> Result<Self, BusError> {
+        Ok(Self {
+            meshes: HeadedSubscriber::open(bus, &topic::TISSUE_MESH, topic::TISSUE_MESH.buffer)?,
+            states: HeadedSubscriber::open(bus, &topic::TISSUE, topic::TISSUE.buffer)?,
+        })
+    }
+
+    fn fill(&self, taken: &mut Taken) -> Result<(), BusError> {
+        let frame = |header: &TissueMeshHeader, bytes: &[u8]| MeshFrame {
+            header: *header,
+            bytes: bytes.to_vec(),
+        };
+        fill_headed(&self.meshes, &mut taken.meshes, frame, |mesh| {
+            size_of::<MeshFrame>() + mesh.bytes.len()
+        })?;
+        let frame = |header: &TissueHeader, nodes: &[f32]| TissueFrame {
+            header: *header,
+            nodes: nodes.to_vec(),
+        };
+        fill_headed(&self.states, &mut taken.tissue, frame, |state| {
+            size_of_val(state.nodes.as_slice())
+        })
+    }
+}
+
+fn fill_headed<H: Message + Default, T: Value, F>(
+    from: &HeadedSubscriber<H, T>,
+    into: &mut Vec<F>,
+    frame: impl Fn(&H, &[T]) -> F,
+    bytes_of: impl Fn(&F) -> usize,
+) -> Result<(), BusError> {
+    let mut bytes: usize = into.iter().map(&bytes_of).sum();
+    while bytes < IMAGE_ROOM
+        && let Some(message) = from.next()?
+    {
+        let taken = frame(message.header(), message.values());
+        bytes += bytes_of(&taken);
+        into.push(taken);
+    }
+    Ok(())
 }
 
 fn fill<T: Message>(from: &Subscriber<T>, into: &mut Vec<T>, room: usize) -> Result<(), BusError> {

@@ -271,7 +271,7 @@ fn what_has_no_room_is_counted_as_missing() {
     let rig = Rig::new();
     let tool = Publisher::open(&rig.bus, &topic::TOOL_POSE, "").unwrap();
     let mut recorder = rig.recorder();
-    recorder.intake = Intake::start(&rig.run, 10, bus::life::LifeLine::none()).unwrap();
+    recorder.intake = Intake::start(&rig.run, (10, false), bus::life::LifeLine::none()).unwrap();
     for seq in 0..5 {
         tool.send(testing::pose(seq)).unwrap();
     }

@@ -186,6 +186,7 @@ fn narrow() -> Images {
     Images {
         field_mm: Some(60.0),
         window: None,
+        at_rest: false,
     }
 }
 

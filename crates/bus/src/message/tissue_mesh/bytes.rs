@@ -98,6 +98,8 @@ impl<'a> Reader<'a> {
         let (nodes, cubes) = (self.count(what)?, self.count(what)?);
         let nodes = self.limited((organ, "nodes"), nodes, MOST_NODES, "1 to 8388608 are")?;
         let cubes = self.limited((organ, "cubes"), cubes, MOST_CUBES, "1 to 262144 are")?;
+        // What a state needs room for is bounded by what the mesh has sent.
+        self.limited((organ, "nodes"), nodes, 27 * cubes, "no more than 27 a cube are")?;
         let dims = [self.count(what)?, self.count(what)?, self.count(what)?];
         let all = dims.iter().fold(1, |all: u64, n| all.saturating_mul(*n));
         let values = self.limited((organ, "values of its region"), all, MOST_VALUES, "1 to 67108864 are")?;

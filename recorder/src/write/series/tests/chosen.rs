@@ -16,7 +16,7 @@ fn guide(t_ns: i64, plan_id: u64) -> proto::Guide {
 fn plans(path: &Path) -> Vec<(i64, u64)> {
     let found = Session::open(path).unwrap().guides().unwrap();
     assert!(found.unread.is_empty(), "{:?}", found.unread);
-    found.guides.iter().map(|guide| (guide.t_ns, guide.plan_id)).collect()
+    found.messages.iter().map(|guide| (guide.t_ns, guide.plan_id)).collect()
 }
 
 #[test]
@@ -54,4 +54,31 @@ fn what_is_chosen_while_nothing_can_be_written_stands_in_the_next_file() {
     let series = std::mem::replace(&mut rig.series, Rig::new(&RecordingSpec::default(), plenty).series);
     series.finish(now_ns, &no_facts()).unwrap();
     assert_eq!(plans(&rig.path("s.mcap")), [(5, 2)]);
+}
+
+#[test]
+fn every_file_begins_with_the_organs_that_its_states_are_of() {
+    let spec = rotating(Duration::from_secs(2));
+    let mut rig = Rig::new(&spec, plenty);
+    rig.record(3);
+    let mesh = proto::MeshFrame {
+        header: bus::message::TissueMeshHeader {
+            mesh_id: [5; 32],
+            q: [1.0, 0.0, 0.0, 0.0],
+            ..Default::default()
+        },
+        bytes: vec![1, 2, 3],
+    };
+    rig.series.mesh(rig.now_ns, proto::TissueMesh::of(rig.now_ns, &mesh));
+    rig.record(3);
+    let now_ns = rig.now_ns;
+    let series = std::mem::replace(&mut rig.series, Rig::new(&spec, plenty).series);
+    series.finish(now_ns, &no_facts()).unwrap();
+    let meshes = |name: &str| {
+        let found = Session::open(&rig.path(name)).unwrap().meshes().unwrap();
+        assert!(found.unread.is_empty(), "{:?}", found.unread);
+        found.messages
+    };
+    assert_eq!(meshes("s.1.mcap"), []);
+    assert_eq!((meshes("s.2.mcap"), meshes("s.mcap")), (vec![mesh.clone()], vec![mesh]));
 }

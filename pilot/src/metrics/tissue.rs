@@ -1,0 +1,138 @@
+//! What images showed of organs that the tube moves, and how long that took.
+
+use std::collections::BTreeMap;
+
+use bus::clock::ms;
+use bus::message::{FrameStamp, TissueShown};
+use fit::Histogram;
+use scene::Scene;
+use serde::Serialize;
+
+use super::{Latency, percentiles};
+
+/// The first image of each pose in each view.
+#[derive(Debug)]
+pub(crate) struct TissueBook {
+    counts: [u64; TissueShown::ALL.len()],
+    /// Images, however often drawn and whatever asked for, that say nothing or have a code that no version has.
+    unmarked: u64,
+    /// From capture to handing over, of images with organs where a state has them, ms.
+    moved_ms: Histogram,
+}
+
+/// What the report says of it.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct TissueReport {
+    /// First images of poses by what they showed: settled, approximate, late, catching up, refused, rigid.
+    pub(crate) images: BTreeMap<&'static str, u64>,
+    /// Images that say nothing of organs though the scene moves some: that must never be.
+    pub(crate) unmarked: u64,
+    /// From the capture of a pose to the image of organs where the state of that pose has them.
+    pub(crate) pose_to_tissue_ms: Latency,
+}
+
+impl Default for TissueBook {
+    fn default() -> Self {
+        Self {
+            counts: Default::default(),
+            unmarked: 0,
+            moved_ms: Histogram::new(1e-3, 1e6),
+        }
+    }
+}
+
+impl TissueBook {
+    /// Any image.
+    pub(super) fn said(&mut self, stamp: &FrameStamp) {
+        let shown = TissueShown::from_code(stamp.tissue);
+        self.unmarked += u64::from(shown.is_none_or(|shown| shown == TissueShown::None));
+    }
+
+    /// The first image of a pose, handed over `age_ns` behind its capture.
+    pub(super) fn frame(&mut self, stamp: &FrameStamp, age_ns: i64) {
+        let Some(shown) = TissueShown::from_code(stamp.tissue) else {
+            return;
+        };
+        self.counts[shown.code() as usize] += 1;
+        if matches!(shown, TissueShown::Settled | TissueShown::Approximate) {
+            self.moved_ms.add(ms(age_ns));
+        }
+    }
+
+    /// What came of it; `None` where `scene` moves no organs.
+    pub(crate) fn report(&self, scene: &Scene) -> Option<TissueReport> {
+        scene.tissue.as_ref().map(|_| self.counted())
+    }
+
+    fn counted(&self) -> TissueReport {
+        let of = |shown: &TissueShown| (shown.word(), self.counts[shown.code() as usize]);
+        TissueReport {
+            images: TissueShown::ALL.iter().skip(1).map(of).collect(),
+            unmarked: self.unmarked,
+            pose_to_tissue_ms: percentiles(&self.moved_ms),
+        }
+    }
+}
+
+impl TissueReport {
+    /// A line for people.
+    pub(crate) fn line(&self) -> String {
+        let counts: Vec<_> = self.images.iter().filter(|(_, n)| **n > 0).collect();
+        let counts: Vec<_> = counts.iter().map(|(word, n)| format!("{word} {n}")).collect();
+        let took = &self.pose_to_tissue_ms;
+        let shown = format!("images by their organs: {}", counts.join(", "));
+        // Where time waits for images nothing is said of the machine.
+        if took.max <= 0.0 {
+            return shown;
+        }
+        let [p50, p95, p99, max] = [took.p50, took.p95, took.p99, took.max];
+        format!("{shown}; pose to organs moved, ms: p50 {p50:.2}, p95 {p95:.2}, p99 {p99:.2}, max {max:.2}")
+    }
+
+    /// What was wrong, in words.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let says =
+            "images said nothing of the organs that the tube moves, and nobody could tell whether they were moved";
+        (self.unmarked > 0).then(|| format!("{} {says}", self.unmarked))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_are_counted_by_what_they_show_and_those_that_say_nothing_are_a_problem() {
+        let mut book = TissueBook::default();
+        let stamp = |shown: u32| FrameStamp {
+            tissue: shown,
+            ..FrameStamp::default()
+        };
+        for (shown, age_ns) in [
+            (TissueShown::Settled, 20_000_000),
+            (TissueShown::Settled, 40_000_000),
+            (TissueShown::Late, 90_000_000),
+        ] {
+            book.frame(&stamp(shown.code()), age_ns);
+        }
+        let report = book.counted();
+        assert_eq!(
+            (
+                report.images["settled"],
+                report.images["late"],
+                report.images["refused"]
+            ),
+            (2, 1, 0)
+        );
+        assert_eq!(
+            (report.pose_to_tissue_ms.count, report.pose_to_tissue_ms.max),
+            (2, 40.0)
+        );
+        assert_eq!((report.unmarked, report.problem()), (0, None));
+        assert!(report.line().contains("late 1, settled 2;"), "{}", report.line());
+        for shown in [TissueShown::None.code(), 99, TissueShown::Late.code()] {
+            book.said(&stamp(shown));
+        }
+        assert!(book.counted().problem().unwrap().starts_with("2 images"));
+    }
+}
