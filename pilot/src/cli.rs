@@ -9,6 +9,7 @@ mod help;
 pub(crate) mod plan;
 pub(crate) mod steps;
 pub(crate) mod stop;
+pub(crate) mod study;
 pub(crate) mod template;
 
 use std::io::Write;
@@ -30,6 +31,7 @@ use crate::cli::error::CliError;
 use crate::cli::guide::GuideVerb;
 use crate::cli::plan::{PLAN_HELP, PlanArgs, Planned};
 use crate::cli::steps::{STEPS_HELP, StepsArgs};
+use crate::cli::study::{STUDY_HELP, StudyArgs, study};
 use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::remote::{self, RemoteArgs};
 use crate::replay::control::{Steer, steer};
@@ -65,7 +67,8 @@ const WITH_PROBLEMS: u8 = 3;
     pilot calibrate pivot --out tip.json                 finds the tip of the run's instrument\n  \
     pilot plan plan.json --volume ct --window            plans an operation on a screen\n  \
     pilot replay out/session.mcap                        shows a recorded session again\n  \
-    pilot remote tls/or3:7447 --keys keys --window       the run of another machine on a second screen\n\n\
+    pilot remote tls/or3:7447 --keys keys --window       the run of another machine on a second screen\n  \
+    pilot study config/study/small.toml --out DIR        whole operations in silico, held against the truth\n\n\
     Exit codes: 0 all well; 1 refused or failed; 3 the run went to its end, but see `problems` in report.json."
 )]
 struct Cli {
@@ -136,6 +139,9 @@ enum Verb {
     /// Calibrates in a run that is going: the tip, the shaft, touched points, the check of a registration.
     #[command(after_help = CALIBRATE_HELP, disable_help_flag = true)]
     Calibrate(CalibrateArgs),
+    /// Does whole operations in silico, and holds the predicted error against the true one.
+    #[command(after_help = STUDY_HELP)]
+    Study(StudyArgs),
     /// Prints the table of topics.
     #[command(after_help = TOPICS_HELP)]
     Topics,
@@ -219,6 +225,7 @@ pub fn main(hands: Hands) -> ExitCode {
         Verb::Plan(args) => ended(plan(&args, hands)),
         Verb::Guide(verb) => exit("pilot", verb.carry_out().map(|text| say(&text))),
         Verb::Calibrate(args) => ended(calibrate(args)),
+        Verb::Study(args) => ended(study(&args)),
         Verb::Steps(args) => ended(args.carry_out().map(|(text, code)| {
             say(&text);
             code

@@ -25,6 +25,8 @@ mod receive;
 mod simulate;
 mod snapshot;
 mod steps;
+#[path = "study/program.rs"]
+mod study;
 #[path = "../support/mod.rs"]
 mod support;
 mod volume_tools;

@@ -15,5 +15,6 @@ pub(crate) fn all() -> Vec<clap::Command> {
         window::watch::cli::command(),
         calib_cli::cli::command(),
         simulation_cli::cli::command(),
+        study::cli::command(),
     ]
 }

@@ -5,6 +5,7 @@
 //! files ([`links`]) and publish alike.
 
 mod emitters;
+mod filed;
 mod link_files;
 mod links;
 mod listening;
@@ -31,6 +32,7 @@ use links::{Constants, Looked};
 use standing::Standing;
 
 pub(crate) use emitters::{follow as follow_emitters, follow_recorded_room};
+pub use filed::{FiledError, chain_of_files};
 pub(crate) use link_files::calibration_of;
 pub(crate) use markers::follow as follow_markers;
 pub use play_error::PlayError;

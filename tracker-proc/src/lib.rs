@@ -19,7 +19,7 @@ mod run_error;
 mod simulated;
 mod simulated_time;
 
-pub use follow::PlayError;
+pub use follow::{FiledError, PlayError, chain_of_files};
 pub use gesture::{Gesture, GestureError};
 pub use markers::{Markers, MarkersError, Seen};
 pub use posed_markers::PosedMarkers;

@@ -30,7 +30,7 @@ mod sight;
 #[cfg(test)]
 mod tests;
 
-use bus::message::Practice;
+use bus::message::{EmitterFrame, EmitterSight, Practice};
 use calib::pose::{Body, BodyError, LocalizerError, Sighting};
 use geometry::uncertain::CovarianceError;
 use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker};
@@ -88,6 +88,27 @@ pub struct Frame {
     pub tracker_from_marker: Rigid<Tracker, Marker>,
     /// Where the patient's marker is, if it has one.
     pub tracker_from_reference: Option<Rigid<Tracker, Reference>>,
+}
+
+impl Frame {
+    /// The frame as it goes over the bus, captured and handed over at these times of its clock, ns.
+    pub fn message(&self, t_capture_ns: i64, t_publish_ns: i64) -> EmitterFrame {
+        let sight = |sighting: &Sighting| EmitterSight {
+            place_mm: sighting.place.mm(),
+            emitter: sighting.emitter as u32,
+            reserved: 0,
+        };
+        let mut message = EmitterFrame {
+            seq: self.seq,
+            t_device_ns: self.t_device_ns,
+            t_capture_ns,
+            t_publish_ns,
+            ..EmitterFrame::EMPTY
+        };
+        // A marker of a scene has no more emitters than a frame holds.
+        let _ = message.set(self.tool.iter().map(sight), self.reference.iter().map(sight));
+        message
+    }
 }
 
 /// Why there is no such room.
@@ -191,9 +212,15 @@ impl OperatingRoom {
 
     /// Frame `seq`. The same for the same seed, always.
     pub fn frame(&self, seq: u64) -> Frame {
+        let t_s = self.delivery.capture_ns(seq) as f64 / 1e9;
+        self.frame_at(seq, self.script.ct_from_tool(t_s))
+    }
+
+    /// Frame `seq` of a tool that somebody else holds: the localizer, the patient and the noise are those of the room, and
+    /// `ct_from_tool` takes the place of the script's pose.
+    pub fn frame_at(&self, seq: u64, ct_from_tool: Rigid<Ct, Tool>) -> Frame {
         let t_capture_ns = self.delivery.capture_ns(seq);
         let t_s = t_capture_ns as f64 / 1e9;
-        let ct_from_tool = self.script.ct_from_tool(t_s);
         let tracker_from_ct = self.tracker_from_rest * motion::rest_from_moved(&self.room.patient, t_s);
         let tracker_from_tool = tracker_from_ct * ct_from_tool;
         let tracker_from_marker = tracker_from_tool * self.room.marker_from_tool.inverse();

@@ -17,7 +17,7 @@ use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, said, say, target};
 use crate::software;
 
-const PROGRAMS: [&str; 12] = [
+const PROGRAMS: [&str; 13] = [
     "pilot",
     "volume-loader",
     "tracker-proc",
@@ -30,6 +30,7 @@ const PROGRAMS: [&str; 12] = [
     "window-watch",
     "calib",
     "simulate",
+    "study",
 ];
 /// Files of the project that go along.
 const PAPERS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];

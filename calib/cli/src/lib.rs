@@ -47,8 +47,9 @@ pub use commands::probe::{
     ProbeReadError, ProbeSource, WaterRecord,
 };
 pub use grid::{ReadImageError, read_image};
-pub use live::{Delivered, Follow, FollowMarkers, Seen};
+pub use live::{Delivered, Follow, FollowMarkers, HeardPoses, OfflineError, Seen};
 pub use register::file::{
     Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
     VERSION,
 };
+pub use steps::hand as practice;

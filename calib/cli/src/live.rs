@@ -5,6 +5,7 @@
 mod dwell;
 mod error;
 mod images;
+mod offline;
 mod run;
 mod sequence;
 mod still;
@@ -22,6 +23,7 @@ use crate::values::Positive;
 
 pub(crate) use error::LiveError;
 pub(crate) use images::Looked;
+pub use offline::{HeardPoses, OfflineError};
 pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};

@@ -12,7 +12,7 @@
 mod checking;
 mod course;
 mod desk;
-mod hand;
+pub mod hand;
 mod job;
 mod made;
 mod on_base;

@@ -17,6 +17,7 @@
 //! * [`Errors`]: what the measured pose is off by, and the covariance that it states.
 //! * [`Reader`]: what of a display reaches the operator. [`SightReader`] has the numbers of `guidance::sight`, as
 //!   coarse as they are drawn ([`Dial`]).
+//! * [`Sensor`]: what measures the tube where that is not [`Errors`] but a chain of its own ([`perform_with`]).
 //! * [`perform`]: one task, from the first look until she lets go.
 //!
 //! Lengths are millimetres, angles radians, times seconds, patient axes LPS.
@@ -27,6 +28,7 @@ mod dial;
 mod errors;
 mod human;
 mod reader;
+mod sensor;
 mod sight;
 mod stroke;
 mod task;
@@ -41,9 +43,10 @@ pub use dial::Dial;
 pub use errors::Errors;
 pub use human::Human;
 pub use reader::{Reader, Reading, Shown, upright_axes};
+pub use sensor::{Measured, Sensor};
 pub use sight::SightReader;
 pub use stroke::{PEAK, Stroke, part, speed};
 pub use task::{Approach, Task};
 pub use tremor::Tremor;
-pub use trial::{Outcome, perform};
+pub use trial::{Outcome, perform, perform_with};
 pub use tube::{Posture, Way};

@@ -3,9 +3,10 @@
 use crate::conditions::Conditions;
 use crate::decide::{Act, Percept, decide};
 use crate::reader::Reader;
+use crate::sensor::Sensor;
 use crate::sight;
 use crate::task::Task;
-use crate::world::{World, between, newest};
+use crate::world::{Drawn, World, between, newest};
 
 /// How it ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,10 +44,16 @@ impl Outcome {
 
 /// Does one task by what `reader` reads. The same for the same task, reader and conditions, always.
 pub fn perform(task: &Task, reader: &mut impl Reader, conditions: &Conditions) -> Outcome {
+    perform_with(task, reader, conditions, &Drawn::new(task, conditions.errors))
+}
+
+/// The same where `sensor` measures the tube: the errors of the conditions are then not used. Where it has nothing to show
+/// she waits.
+pub fn perform_with(task: &Task, reader: &mut impl Reader, conditions: &Conditions, sensor: &impl Sensor) -> Outcome {
     let mut trial = Trial {
         task,
         conditions,
-        world: World::new(task, conditions),
+        world: World::new(task, conditions, sensor),
         attention: Attention::default(),
         glances: 0,
         now_s: 0.0,
@@ -106,7 +113,11 @@ impl Trial<'_> {
     fn run(&mut self, reader: &mut impl Reader) -> bool {
         while self.now_s < self.conditions.limit_s {
             let Some(shown) = self.world.shown(newest(self.now_s)) else {
-                return false;
+                if self.world.is_across(self.now_s) {
+                    return false;
+                }
+                self.now_s += self.conditions.human.look_s;
+                continue;
             };
             let pictures = reader.pictures(&shown);
             if pictures.is_empty() {

@@ -1,10 +1,12 @@
 //! The tube in the hand, and what of it comes to the glass.
 
 use chance::Chance;
-use geometry::{Ct, Rigid};
+use geometry::{Ct, Rigid, Tool};
 
 use crate::conditions::Conditions;
+use crate::errors::Errors;
 use crate::reader::Shown;
+use crate::sensor::{Measured, Sensor};
 use crate::stroke::Stroke;
 use crate::task::Task;
 use crate::tremor::Tremor;
@@ -19,11 +21,10 @@ const STROKES: u64 = 1 << 20;
 const FRAMES: u64 = 1 << 32;
 
 /// All that happens in a task, at every moment of it.
-#[derive(Debug)]
 pub(crate) struct World<'a> {
     task: &'a Task,
     conditions: &'a Conditions,
-    registration: Rigid<Ct, Ct>,
+    sensor: &'a dyn Sensor,
     tremor: Tremor,
     /// In the order of time; none begins before the one before it has ended.
     strokes: Vec<Stroke>,
@@ -40,13 +41,45 @@ pub(crate) fn between(from_s: f64, to_s: f64) -> std::ops::RangeInclusive<u64> {
     first..=newest(to_s).max(first)
 }
 
+/// The sensor that errs by [`Errors`]: its draws are those of the task.
+pub(crate) struct Drawn<'a> {
+    task: &'a Task,
+    errors: Errors,
+    registration: Rigid<Ct, Ct>,
+}
+
+impl<'a> Drawn<'a> {
+    pub(crate) fn new(task: &'a Task, errors: Errors) -> Self {
+        let registration = errors.of_registration(task.aim.target, Chance::new(task.seed, REGISTRATION));
+        Self {
+            task,
+            errors,
+            registration,
+        }
+    }
+}
+
+impl Sensor for Drawn<'_> {
+    fn measured(&self, frame: u64, t_s: f64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) -> Option<Measured> {
+        let pose = truly(t_s)?;
+        let tip = pose * geometry::Point::<Tool>::new(0.0, 0.0, 0.0);
+        let noise = self.errors.of_frame(tip, Chance::new(self.task.seed, FRAMES + frame));
+        // The true pose is the measured one with both motions after it.
+        let measured = (self.registration * noise).inverse() * pose;
+        Some(Measured {
+            pose: measured,
+            covariance: self.errors.stated(measured, self.task.aim.target),
+        })
+    }
+}
+
 impl<'a> World<'a> {
-    pub(crate) fn new(task: &'a Task, conditions: &'a Conditions) -> Self {
-        let Conditions { human, errors, .. } = conditions;
+    pub(crate) fn new(task: &'a Task, conditions: &'a Conditions, sensor: &'a dyn Sensor) -> Self {
+        let human = &conditions.human;
         Self {
             task,
             conditions,
-            registration: errors.of_registration(task.aim.target, Chance::new(task.seed, REGISTRATION)),
+            sensor,
             tremor: Tremor::new(human.tremor_mm, human.tremor_hz, Chance::new(task.seed, TREMOR)),
             strokes: Vec::new(),
         }
@@ -68,25 +101,24 @@ impl<'a> World<'a> {
         self.task.way.moved(&self.meant(t_s), self.tremor.at(t_s))
     }
 
-    /// What is on the glass in the frame of this number; `None` for a tube that lies across its way.
+    /// What is on the glass in the frame of this number; `None` where nothing was measured, as of a tube that lies across
+    /// its way.
     pub(crate) fn shown(&self, frame: u64) -> Option<Shown> {
-        let Conditions {
-            errors, delay_s, lag_s, ..
-        } = self.conditions;
-        let captured = self.truly(frame as f64 / RATE_HZ - delay_s - lag_s);
-        let pose = self.task.way.pose(&captured)?;
-        let noise = errors.of_frame(
-            self.task.way.tip(&captured),
-            Chance::new(self.task.seed, FRAMES + frame),
-        );
-        // The true pose is the measured one with both motions after it.
-        let measured = (self.registration * noise).inverse() * pose;
+        let Conditions { delay_s, lag_s, .. } = self.conditions;
+        let truly = |t_s: f64| self.task.way.pose(&self.truly(t_s));
+        let t_s = frame as f64 / RATE_HZ - delay_s - lag_s;
+        let Measured { pose, covariance } = self.sensor.measured(frame, t_s, &truly)?;
         Some(Shown {
-            pose: measured,
-            covariance: errors.stated(measured, self.task.aim.target),
+            pose,
+            covariance,
             aim: self.task.aim,
             entry: self.task.way.entry(),
         })
+    }
+
+    /// Whether the tube lies across its way at a time, so that it has no pose.
+    pub(crate) fn is_across(&self, t_s: f64) -> bool {
+        self.task.way.pose(&self.truly(t_s)).is_none()
     }
 
     /// One stroke that begins at a time, s, and is meant to end at this tilt, `push_mm` deeper; when it has ended, s.

@@ -5,6 +5,7 @@
 //! that the same pose gives the same bytes.
 
 mod animation;
+pub mod base64;
 mod canvas;
 pub mod chart;
 pub mod palette;

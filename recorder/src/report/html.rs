@@ -1,7 +1,6 @@
 //! The page: HTML that is well-formed XML too, with its style and its drawings in it.
 
 mod axis;
-mod base64;
 mod basis;
 mod checks;
 mod curve;

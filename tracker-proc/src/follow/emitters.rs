@@ -9,7 +9,8 @@ use bus::port::Subscriber;
 use bus::process::Process;
 use bus::topic::EMITTERS;
 use calib::pose::Sighting;
-use geometry::VolumeGrid;
+use geometry::{Ct, Point, VolumeGrid};
+use scene::Scene;
 use scene::operating_room::Room;
 use scene::tracking::EmitterSource;
 
@@ -87,7 +88,11 @@ fn listen(
 
 /// The chain of a scene; its own constants count as exact, as nothing is said of their errors.
 fn chain(process: &Process, spec: &EmitterSource, grid: &VolumeGrid) -> Result<Chain, MarkersError> {
-    let scene = &process.scene;
+    chain_of_scene(&process.scene, spec, region(&process.scene, grid))
+}
+
+/// The same for errors that count at `region`.
+pub(super) fn chain_of_scene(scene: &Scene, spec: &EmitterSource, region: Point<Ct>) -> Result<Chain, MarkersError> {
     let markers = Markers::of_emitters(spec)?;
     Ok(Chain {
         marker: markers.marker,
@@ -100,7 +105,7 @@ fn chain(process: &Process, spec: &EmitterSource, grid: &VolumeGrid) -> Result<C
         localizer: markers.localizer,
         gates: markers.gates,
         reference_gates: markers.reference_gates,
-        region: region(scene, grid),
+        region,
     })
 }
 

@@ -1,11 +1,10 @@
 //! The simulated operating room: each frame as it arrives, with the truth beside the pose.
 
 use bus::clock;
-use bus::message::{CommandKind, EmitterFrame, EmitterSight, ProcessState, ToolPose, Tracked};
+use bus::message::{CommandKind, EmitterFrame, ProcessState, ToolPose, Tracked};
 use bus::port::{CommandServer, Publisher};
 use bus::process::Process;
 use bus::topic::{EMITTERS, GROUND_TRUTH};
-use calib::pose::Sighting;
 use scene::operating_room::Room;
 
 use super::{Follower, Source, Stamp, examination, numbers, region};
@@ -174,7 +173,7 @@ impl InRoom {
             visible: frame.tool.len() as u32,
         };
         self.frames
-            .send(seen(frame, t_capture_ns, process.session.clock().now_ns()))?;
+            .send(frame.message(t_capture_ns, process.session.clock().now_ns()))?;
         if !follower.admit(&stamp, process) {
             return Ok(false);
         }
@@ -188,23 +187,4 @@ impl InRoom {
         self.truths.send(truth)?;
         Ok(true)
     }
-}
-
-/// The frame as it goes over the bus.
-fn seen(frame: &Frame, t_capture_ns: i64, t_publish_ns: i64) -> EmitterFrame {
-    let sight = |sighting: &Sighting| EmitterSight {
-        place_mm: sighting.place.mm(),
-        emitter: sighting.emitter as u32,
-        reserved: 0,
-    };
-    let mut message = EmitterFrame {
-        seq: frame.seq,
-        t_device_ns: frame.t_device_ns,
-        t_capture_ns,
-        t_publish_ns,
-        ..EmitterFrame::EMPTY
-    };
-    // A marker of a scene has no more emitters than a frame holds.
-    let _ = message.set(frame.tool.iter().map(sight), frame.reference.iter().map(sight));
-    message
 }

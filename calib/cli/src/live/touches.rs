@@ -107,6 +107,16 @@ pub(super) fn add(
     Ok(before + 1)
 }
 
+/// The same without gates, of a tool in a frame.
+pub(super) fn add_of<F>(
+    path: &Path,
+    (name, tool, frame): (&str, &str, &str),
+    tip: &Uncertain<Marker, F>,
+    place: &UncertainPoint<Tracker>,
+) -> Result<usize, LiveError> {
+    add(path, name, &comment(tool, frame, tip), place, &[])
+}
+
 /// The text of a file of touches of the same, and how many it has.
 fn existing(path: &Path, comment: &str) -> Result<(String, usize), LiveError> {
     let source = Source::read(path)?;

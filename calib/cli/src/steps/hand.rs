@@ -11,22 +11,22 @@ const LEAN_RAD: f64 = 0.25;
 const BACKWARDS: [f64; 3] = [0.0, 1.0, 0.0];
 
 /// The tip in the divot, turned to all sides.
-pub(super) fn pivot(divot: Point<Ct>) -> Practice {
+pub fn pivot(divot: Point<Ct>) -> Practice {
     in_patient(held(divot, direction(BACKWARDS), 0), PracticeMotion::Pivot(CONE_RAD))
 }
 
 /// The tip in the divot, spun about the shaft.
-pub(super) fn spin(divot: Point<Ct>) -> Practice {
+pub fn spin(divot: Point<Ct>) -> Practice {
     in_patient(held(divot, direction(BACKWARDS), 0), PracticeMotion::Spin)
 }
 
 /// The tip on a point of the patient; the `count`-th touch.
-pub(super) fn touch(point: Point<Ct>, count: usize) -> Practice {
+pub fn touch(point: Point<Ct>, count: usize) -> Practice {
     in_patient(held(point, direction(BACKWARDS), count), PracticeMotion::Hold)
 }
 
 /// The tip on a point of the base, whose plate is touched from above; the `count`-th touch.
-pub(super) fn touch_base(point: Point<geometry::Base>, above: Direction<geometry::Base>, count: usize) -> Practice {
+pub fn touch_base(point: Point<geometry::Base>, above: Direction<geometry::Base>, count: usize) -> Practice {
     let into = (above.vector() * -1.0).direction().unwrap_or(above);
     Practice {
         place: PracticeFrame::Base(held(point, into, count)),
@@ -35,7 +35,7 @@ pub(super) fn touch_base(point: Point<geometry::Base>, above: Direction<geometry
 }
 
 /// The tool in its seat, where nobody holds it.
-pub(super) fn seat(base_from_tool: Rigid<geometry::Base, Tool>) -> Practice {
+pub fn seat(base_from_tool: Rigid<geometry::Base, Tool>) -> Practice {
     Practice {
         place: PracticeFrame::Base(base_from_tool),
         motion: PracticeMotion::Rest,
@@ -43,7 +43,7 @@ pub(super) fn seat(base_from_tool: Rigid<geometry::Base, Tool>) -> Practice {
 }
 
 /// The scripted way to the target and back.
-pub(super) fn approach() -> Practice {
+pub fn approach() -> Practice {
     in_patient(Rigid::identity(), PracticeMotion::Approach)
 }
 

@@ -1,12 +1,12 @@
 //! What a person chose and marked.
 
-use super::base64;
 use super::escape::{own, text};
 use super::table::{more, paragraph, table};
 use super::units::{moment, number, place};
 use crate::report::facts::Facts;
 use crate::report::marks::{Mark, Near};
 use crate::report::story::Choice;
+use picture::base64;
 
 /// The chosen targets over time.
 pub(super) fn targets(facts: &Facts) -> String {

@@ -1,0 +1,5 @@
+//! The `study` program.
+
+fn main() -> std::process::ExitCode {
+    study::cli::main()
+}

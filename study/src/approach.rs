@@ -1,0 +1,162 @@
+//! One approach: the scripted hand steers the tube to a target by what the sight shows of poses that the chain makes.
+
+use std::cell::{Cell, RefCell};
+use std::f64::consts::{PI, TAU};
+
+use chance::Chance;
+use geometry::{Ct, Direction, Point, Rigid, Tool, Uncertain, Vector};
+use guidance::sight::{Aim, Covariance};
+use hand::{Conditions, Dial, Measured, Outcome, Posture, Sensor, SightReader, Task, Way, perform_with};
+use tracker_proc::chain::Chain;
+use tracker_proc::operating_room::{Frame, OperatingRoom};
+
+use crate::plan::Dials;
+use crate::room::LENGTH_MM;
+use crate::truth::understated;
+
+/// From the entry to the target, and how deep the tube is at the beginning, mm: as in the study of the hand.
+const WAY_MM: f64 = 90.0;
+const START_MM: f64 = 10.0;
+/// How far the tube points beside the target at the beginning, at least and at most, rad.
+const TILT_RAD: [f64; 2] = [4.0 * PI / 180.0, 8.0 * PI / 180.0];
+/// How far ways may be from straight backwards, rad.
+const OBLIQUE_RAD: f64 = PI / 6.0;
+/// Rolls of the tube that are tried before it is taken: she holds the marker towards the localizer.
+const ROLLS: u32 = 12;
+/// When she gives up, s.
+const LIMIT_S: f64 = 60.0;
+/// Frames before the first look: pictures are older than what they show.
+const BEFORE: u64 = 200;
+
+/// What the chain made of the frame that was shown last.
+#[derive(Debug, Clone)]
+pub(crate) struct Last {
+    pub(crate) frame: Frame,
+    pub(crate) pose: Uncertain<Ct, Tool>,
+}
+
+/// How an approach went.
+pub(crate) struct Approached {
+    pub(crate) outcome: Outcome,
+    /// `None` where no picture showed a pose.
+    pub(crate) last: Option<Last>,
+    /// Pictures looked at, and those of them without a pose.
+    pub(crate) pictures: [u64; 2],
+}
+
+/// The chain as what measures the tube.
+struct Chained<'a> {
+    localizer: &'a OperatingRoom,
+    chain: &'a Chain,
+    dials: &'a Dials,
+    first: u64,
+    last: RefCell<Option<Last>>,
+    pictures: Cell<[u64; 2]>,
+}
+
+impl Sensor for Chained<'_> {
+    fn measured(&self, _: u64, t_s: f64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) -> Option<Measured> {
+        // The localizer's newest frame, by a whole number of them before or after the first look.
+        let number = (t_s * self.dials.localizer.rate_hz).floor();
+        let pose = truly(number / self.dials.localizer.rate_hz)?;
+        let seq = self.first.saturating_add_signed(number as i64);
+        let frame = self.localizer.frame_at(seq, pose);
+        let found = self.chain.solve(&frame.tool, &frame.reference);
+        let [pictures, lost] = self.pictures.get();
+        self.pictures.set([pictures + 1, lost + u64::from(found.is_err())]);
+        let pose = found.ok()?.ct_from_tool;
+        *self.last.borrow_mut() = Some(Last { frame, pose });
+        Some(Measured {
+            pose: pose.transform(),
+            covariance: Covariance::Upper(understated(&pose, self.dials.understated)),
+        })
+    }
+}
+
+/// The task of an operation at one of its targets, held so that the localizer sees most of the marker.
+pub(crate) fn task(seed: u64, target: Point<Ct>, radius_mm: f64, (quiet, seq): (&OperatingRoom, u64)) -> Option<Task> {
+    let chance = Chance::new(seed, 0);
+    let evenly = |draw: u64, [low, high]: [f64; 2]| low + (high - low) * chance.uniform(draw);
+    let (sin, cos) = evenly(0, [0.0, OBLIQUE_RAD]).sin_cos();
+    let (up, right) = evenly(1, [0.0, TAU]).sin_cos();
+    let entry = target + Vector::new(sin * right, cos, sin * up) * -WAY_MM;
+    let tilt = evenly(2, TILT_RAD).tan();
+    let (b, a) = evenly(3, [0.0, TAU]).sin_cos();
+    let start = Posture {
+        tilt: [tilt * a, tilt * b],
+        depth_mm: START_MM,
+    };
+    let straight = Posture {
+        tilt: [0.0; 2],
+        depth_mm: WAY_MM,
+    };
+    let ways = (0..ROLLS).filter_map(|k| Way::new(entry, target, LENGTH_MM, TAU * f64::from(k) / f64::from(ROLLS)));
+    let seen = |way: &Way| {
+        let both = [start, straight].map(|posture| way.pose(&posture).map(|pose| quiet.frame_at(seq, pose).tool.len()));
+        both.map(|seen| seen.unwrap_or(0)).into_iter().min()
+    };
+    // The first of those that are seen best.
+    let way = ways.reduce(|best, way| if seen(&way) > seen(&best) { way } else { best })?;
+    Some(Task {
+        seed,
+        way,
+        aim: Aim {
+            target,
+            radius_mm,
+            entry: None,
+            stop_mm: 0.0,
+        },
+        start,
+    })
+}
+
+/// Does one task; frames of the localizer count from `from` on.
+pub(crate) fn approach(
+    task: &Task,
+    (localizer, chain): (&OperatingRoom, &Chain),
+    dials: &Dials,
+    from: u64,
+) -> Approached {
+    let sensor = Chained {
+        localizer,
+        chain,
+        dials,
+        first: from + BEFORE,
+        last: RefCell::new(None),
+        pictures: Cell::new([0; 2]),
+    };
+    let conditions = Conditions {
+        lag_s: dials.localizer.latency_s,
+        limit_s: LIMIT_S,
+        ..Conditions::default()
+    };
+    let outcome = perform_with(task, &mut SightReader::new(Dial::FULL_HD), &conditions, &sensor);
+    Approached {
+        outcome,
+        last: sensor.last.into_inner(),
+        pictures: sensor.pictures.get(),
+    }
+}
+
+/// The pose of a tube that stands where it is to end: for what is told of an operation that was refused.
+pub(crate) fn at_target(task: &Task) -> Option<Rigid<Ct, Tool>> {
+    task.way.pose(&Posture {
+        tilt: [0.0; 2],
+        depth_mm: WAY_MM,
+    })
+}
+
+/// How long an approach may take, s: the room's time goes on by as much.
+pub(crate) const fn longest_s(rate_hz: f64) -> f64 {
+    LIMIT_S + 30.0 + 2.0 * BEFORE as f64 / rate_hz
+}
+
+/// A direction of its own, and a turn about another: how a marker is pushed.
+pub(crate) fn push<F: geometry::Frame>(chance: Chance, mm: f64, deg: f64) -> Rigid<F, F> {
+    let way = |first: u64| {
+        let [x, y, z] = [0, 1, 2].map(|k| chance.normal(first + k));
+        Vector::<F>::new(x, y, z).direction().unwrap_or(Direction::X)
+    };
+    let turn = way(0).vector() * deg.to_radians();
+    Rigid::from_rotation_vector(turn, way(3).vector() * mm).unwrap_or(Rigid::identity())
+}

@@ -1,0 +1,84 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::plan::Plan;
+use crate::report;
+use crate::run::run;
+
+const HELP: &str = "\
+Every operation goes the whole way in silico, by the functions and files of the real chain and in virtual time: the tool's marker is \
+calibrated from frames of its emitters, the tip by pivoting, the tool in its seat on the base; beads are found in the image of a CT and \
+touched; the patient is registered and the registration checked; then a scripted hand steers to each target by the sight. The truth \
+is the simulator's. What comes out is held against what was predicted.
+
+DIR gets operations.csv (a line for each target of each operation), report.html and charts. A study that was killed goes on \
+where it was; the same files give the same bytes. Examinations are made once for some operations (ct.images) and are kept in \
+DIR/images by the hash of what they are made of; ct.fresh = true makes one for each operation.
+
+A study file:
+  seed = 1
+  operations = 100               # of each stratum
+  [all]                          # what holds for all strata; all keys have a usual value
+  localizer = { across_mm = 0.1, depth_mm = 0.15 }
+  [[stratum]]
+  name = \"usual\"
+  [[stratum]]
+  name = \"three-beads\"
+  beads = { touched = 3 }
+
+Examples:
+  study config/study/small.toml --out DIR
+  pilot study config/study/accuracy.toml --out DIR
+  pilot study config/study/*.toml --out DIR --threads 2";
+
+/// Holds the predicted error of whole operations against the true one, in silico
+#[derive(Debug, Parser)]
+#[command(name = "study", version, after_help = HELP)]
+pub(crate) struct Cli {
+    /// Study files; all of them together are one study
+    #[arg(required = true, value_name = "FILE.toml")]
+    files: Vec<PathBuf>,
+    /// Where results go; a folder of this study is gone on with
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Operations at a time [default: as many as there are processors]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+/// The command line, for manual pages and completions.
+pub fn command() -> clap::Command {
+    <Cli as clap::CommandFactory>::command()
+}
+
+/// Runs the `study` command line of this process.
+pub fn main() -> ExitCode {
+    match carry_out(&Cli::parse()) {
+        Ok(text) => {
+            bus::stderr_line!("{text}");
+            ExitCode::SUCCESS
+        }
+        Err(why) => {
+            bus::stderr_line!("study: error: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn carry_out(cli: &Cli) -> Result<String, Box<dyn std::error::Error>> {
+    let plan = Plan::load(&cli.files)?;
+    let usual = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = cli.threads.map_or(usual, usize::from);
+    let done = run(&plan, &cli.out, threads)?;
+    report::write(&cli.out, &plan, &done.rows)?;
+    let [now, before] = done.operations;
+    Ok(format!(
+        "study: {now} operations in {:.0} s by {threads} threads, {before} were there; {}",
+        done.took_s,
+        cli.out.join("report.html").display()
+    ))
+}

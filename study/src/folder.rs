@@ -1,0 +1,240 @@
+//! The folder of a study: whose it is, how far it is, and nothing twice.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::plan::Plan;
+use crate::record::{HEADER, Row};
+
+/// The value of `format` in `study.json`.
+const FORMAT: &str = "trocar-study";
+/// Of `version`. It rises when lines mean something else than before.
+const VERSION: u32 = 1;
+const STUDY: &str = "study.json";
+const LINES: &str = "operations.csv";
+/// The longest `operations.csv` that is gone on with: 500 000 lines of 400 bytes.
+const MAX_BYTES: u64 = 1 << 28;
+
+/// Why a folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FolderError {
+    /// What the system says.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Something else lies there.
+    #[error("{0} is not empty and holds no study; give --out a folder of its own")]
+    Foreign(PathBuf),
+    /// Of another version, or no study's file.
+    #[error(
+        "{path}: found {found}; this program goes on with format {FORMAT:?}, version {VERSION}. Give --out another folder"
+    )]
+    Version {
+        /// `study.json`.
+        path: PathBuf,
+        /// What stands there.
+        found: String,
+    },
+    /// Of other study files.
+    #[error(
+        "{path} is of another study ({found}) than these files ({expected}): they were changed, or are others. Give --out another folder"
+    )]
+    Other {
+        /// `study.json`.
+        path: PathBuf,
+        /// The hash that stands there.
+        found: String,
+        /// That of the files.
+        expected: String,
+    },
+    /// Somebody is at it.
+    #[error("{0}: another program is working in this folder")]
+    Busy(PathBuf),
+    /// A line that this study has not written there.
+    #[error("{path}, line {line}: {why}. The file is not as it was written; give --out another folder")]
+    Line {
+        /// `operations.csv`.
+        path: PathBuf,
+        /// Which, from 1.
+        line: usize,
+        /// What is wrong.
+        why: String,
+    },
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct About {
+    format: String,
+    version: u32,
+    study: String,
+    files: Vec<String>,
+    operations: u64,
+}
+
+/// A folder that this program alone works in.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    path: PathBuf,
+    /// Locked as long as it is open.
+    _about: File,
+    lines: File,
+    /// What was written, in order.
+    pub(crate) rows: Vec<Row>,
+    /// Whole operations among them.
+    pub(crate) done: u64,
+}
+
+fn io_at(path: &Path) -> impl Fn(io::Error) -> FolderError {
+    move |source| FolderError::Io {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+impl Folder {
+    /// Opens the folder of a study, which is made where it is not there. What a kill left of an operation's lines is cut off.
+    pub(crate) fn open(path: &Path, plan: &Plan) -> Result<Self, FolderError> {
+        fs::create_dir_all(path).map_err(io_at(path))?;
+        let about = about(path, plan)?;
+        let place = path.join(LINES);
+        let mut lines = OpenOptions::new()
+            .read(true)
+            .create(true)
+            .append(true)
+            .open(&place)
+            .map_err(io_at(&place))?;
+        let text = scene::file::read_text(&place, MAX_BYTES).map_err(|error| FolderError::Line {
+            path: place.clone(),
+            line: 1,
+            why: error.to_string(),
+        })?;
+        let (rows, done, bytes) = whole(&place, &text, plan)?;
+        if bytes == 0 {
+            lines.set_len(0).map_err(io_at(&place))?;
+            lines
+                .write_all(format!("{HEADER}\n").as_bytes())
+                .map_err(io_at(&place))?;
+        } else {
+            lines.set_len(bytes as u64).map_err(io_at(&place))?;
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            _about: about,
+            lines,
+            rows,
+            done,
+        })
+    }
+
+    /// A file of the folder.
+    pub(crate) fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Appends the lines of the next operation in one go.
+    pub(crate) fn append(&mut self, rows: Vec<Row>) -> Result<(), FolderError> {
+        let text: String = rows.iter().map(Row::line).collect();
+        self.lines
+            .write_all(text.as_bytes())
+            .map_err(io_at(&self.path.join(LINES)))?;
+        self.rows.extend(rows);
+        self.done += 1;
+        Ok(())
+    }
+}
+
+/// `study.json`, written where the folder is empty, held against the plan where it is not, and locked.
+fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
+    let path = folder.join(STUDY);
+    if !path.exists() {
+        let mut inside = fs::read_dir(folder).map_err(io_at(folder))?;
+        if inside.next().is_some() {
+            return Err(FolderError::Foreign(folder.to_owned()));
+        }
+        let about = About {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            study: plan.hash.clone(),
+            files: plan.files.clone(),
+            operations: plan.operations(),
+        };
+        let text = serde_json::to_string_pretty(&about)
+            .map_err(io::Error::other)
+            .map_err(io_at(&path))?;
+        let beside = tempfile::NamedTempFile::new_in(folder.parent().unwrap_or(folder)).map_err(io_at(&path))?;
+        fs::write(beside.path(), text + "\n").map_err(io_at(&path))?;
+        beside.persist(&path).map_err(|error| io_at(&path)(error.error))?;
+    }
+    let file = File::open(&path).map_err(io_at(&path))?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(fs::TryLockError::WouldBlock) => return Err(FolderError::Busy(folder.to_owned())),
+        Err(fs::TryLockError::Error(source)) => return Err(io_at(&path)(source)),
+    }
+    held(&path, plan)?;
+    Ok(file)
+}
+
+/// Refuses another version, and another study.
+fn held(path: &Path, plan: &Plan) -> Result<(), FolderError> {
+    let other = |found: String| FolderError::Version {
+        path: path.to_owned(),
+        found,
+    };
+    let text = scene::file::read_text(path, 1 << 16).map_err(|error| other(error.to_string()))?;
+    let value: serde_json::Value = serde_json::from_str(&text).map_err(|error| other(error.to_string()))?;
+    if value["format"] != FORMAT || value["version"] != VERSION {
+        let found = format!("format {}, version {}", value["format"], value["version"]);
+        return Err(other(found.chars().take(120).collect()));
+    }
+    let about: About = serde_json::from_value(value).map_err(|error| other(error.to_string()))?;
+    match about.study == plan.hash {
+        true => Ok(()),
+        false => Err(FolderError::Other {
+            path: path.to_owned(),
+            found: about.study.chars().take(16).collect(),
+            expected: plan.hash.chars().take(16).collect(),
+        }),
+    }
+}
+
+/// The lines of whole operations, how many operations these are, and where they end in the text, bytes.
+fn whole(path: &Path, text: &str, plan: &Plan) -> Result<(Vec<Row>, u64, usize), FolderError> {
+    let wrong = |line: usize, why: String| FolderError::Line {
+        path: path.to_owned(),
+        line,
+        why,
+    };
+    let mut lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
+    let Some(header) = lines.next() else {
+        return Ok((Vec::new(), 0, 0));
+    };
+    if header.trim_end() != HEADER {
+        return Err(wrong(1, "other columns than this program writes".to_owned()));
+    }
+    let (mut rows, mut open, mut bytes) = (Vec::new(), Vec::new(), header.len());
+    let (mut done, mut open_bytes) = (0_u64, 0);
+    for (at, line) in (2..).zip(lines) {
+        let row = Row::read(line.trim_end_matches('\n')).map_err(|why| wrong(at, why))?;
+        let expected = plan.operation(done);
+        let is_next = expected.is_some_and(|(stratum, number)| stratum.name == row.stratum && number == row.number);
+        if !is_next {
+            let found = format!("operation {} of {:?} does not come next", row.number, row.stratum);
+            return Err(wrong(at, found));
+        }
+        open.push(row);
+        open_bytes += line.len();
+        if expected.is_some_and(|(stratum, _)| stratum.dials.targets.len() == open.len()) {
+            rows.append(&mut open);
+            (bytes, open_bytes, done) = (bytes + open_bytes, 0, done + 1);
+        }
+    }
+    Ok((rows, done, bytes))
+}

@@ -1,0 +1,113 @@
+//! Examinations with the beads that were found in them: made once, known by the hash of all that they are made of, and used again.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use calib_cli::BeadsFile;
+use calib_cli::cli::answer;
+use chance::mix;
+use geometry::{Ct, Point};
+
+use crate::Words;
+use crate::patient;
+use crate::plan::Stratum;
+use crate::steps::HANDS;
+
+/// An examination's beads.
+#[derive(Debug)]
+pub(crate) struct Examined {
+    /// Of `calib beads`.
+    pub(crate) path: PathBuf,
+    /// What stands in it.
+    pub(crate) beads: BeadsFile,
+}
+
+type Made = Arc<OnceLock<Result<Arc<Examined>, String>>>;
+
+/// The examinations of a study, in a folder of its own.
+pub(crate) struct Images {
+    folder: PathBuf,
+    made: Mutex<BTreeMap<String, Made>>,
+}
+
+impl Images {
+    /// Those in `folder`, which may hold some already.
+    pub(crate) fn new(folder: PathBuf) -> Self {
+        Self {
+            folder,
+            made: Mutex::default(),
+        }
+    }
+
+    /// What a step says without the names of this folder and of the operation's own, which are others each time.
+    pub(crate) fn unnamed(&self, why: &str, folder: &Path) -> String {
+        let own = why.replace(&*folder.to_string_lossy(), "");
+        own.replace(&*self.folder.to_string_lossy(), "")
+    }
+
+    /// The examination of an operation: its own, or one that it shares with others of its stratum.
+    pub(crate) fn of(&self, stratum: &Stratum, number: u64, metal: &[Point<Ct>]) -> Result<Arc<Examined>, String> {
+        let image = number % stratum.dials.ct.images;
+        let key = key(stratum, image, metal);
+        let made = {
+            // Who panicked while holding it has left a whole map.
+            let mut all = self.made.lock().unwrap_or_else(PoisonError::into_inner);
+            all.entry(key.clone()).or_default().clone()
+        };
+        let found = made.get_or_init(|| {
+            let examined = self.examined(&key, stratum, metal);
+            examined.map(Arc::new).map_err(|error| error.to_string())
+        });
+        found.clone()
+    }
+
+    fn examined(&self, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Result<Examined, Words> {
+        let folder = self.folder.join(key);
+        let path = folder.join("beads.json");
+        if !path.exists() {
+            fs::create_dir_all(&self.folder)?;
+            // Made beside and renamed when whole: a kill leaves no half of one under its name.
+            let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&self.folder)?;
+            make(beside.path(), key, stratum, metal)?;
+            fs::rename(beside.keep(), &folder)?;
+        }
+        let beads = serde_json::from_str(&fs::read_to_string(&path)?)?;
+        Ok(Examined { path, beads })
+    }
+}
+
+fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Result<(), Words> {
+    // 16 hexadecimal digits are a seed.
+    let seed = u64::from_str_radix(key, 16)?;
+    let ct = patient::write(folder, &stratum.dials, metal, seed)?;
+    let (volume, out) = (ct.to_string_lossy(), folder.join("beads.json"));
+    let out = out.to_string_lossy();
+    let radius = (0.5 * stratum.dials.bead_mm).to_string();
+    let found = answer(
+        ["calib", "beads", &volume, "--radius-mm", &radius, "--out", &out],
+        HANDS,
+    );
+    // Tens of megabytes that can be made again, and that the beads' file has the hash of.
+    fs::remove_file(&ct)?;
+    found
+        .map(drop)
+        .map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
+}
+
+/// The first digits of the hash of all that the voxels follow from.
+fn key(stratum: &Stratum, image: u64, metal: &[Point<Ct>]) -> String {
+    let ct = stratum.dials.ct;
+    let mut hash = blake3::Hasher::new();
+    hash.update(&mix(stratum.seed ^ mix(image)).to_le_bytes());
+    for number in ct.spacing_mm.into_iter().chain([ct.noise_hu, stratum.dials.bead_mm]) {
+        hash.update(&number.to_le_bytes());
+    }
+    for bead in metal {
+        for mm in bead.mm() {
+            hash.update(&mm.to_le_bytes());
+        }
+    }
+    hash.finalize().to_hex()[..16].to_owned()
+}

@@ -1,0 +1,289 @@
+//! One operation, from the marker's calibration to the last target.
+
+use std::path::Path;
+
+use chance::{Chance, mix};
+use geometry::{Ct, Point, Reference, Rigid};
+use phantom::Landmark;
+use tracker_proc::chain::{Chain, Registration};
+use tracker_proc::operating_room::OperatingRoom;
+
+use crate::approach::{Approached, approach, at_target, longest_s, push, task};
+use crate::images::Images;
+use crate::patient::{metal, patient, touched};
+use crate::plan::{Bump, PlantedIn, Stratum};
+use crate::record::{Ended, Row};
+use crate::room::TrueRoom;
+use crate::steps::{Prepared, Refused, Step, Work, true_from_calibrated, true_tool};
+use crate::truth::{LINKS, Told, True, length, shifted, told};
+
+/// What is drawn of an operation, by number.
+const BUMPED: u64 = 1;
+const TASKS: u64 = 100;
+
+/// What is the same for all targets of an operation.
+struct Ready {
+    room: TrueRoom,
+    quiet: OperatingRoom,
+    chain: Chain,
+    truth: True,
+    bump: &'static str,
+    check: String,
+    /// Why the check refused.
+    refused: Option<String>,
+}
+
+/// The lines of an operation, one for each target. `folder` is its own, and empty.
+pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &Path) -> Vec<Row> {
+    let name = blake3::hash(stratum.name.as_bytes());
+    // The first bytes of the name's hash: strata of one seed draw apart.
+    let of_name = name
+        .as_bytes()
+        .iter()
+        .take(8)
+        .fold(0_u64, |all, byte| (all << 8) | u64::from(*byte));
+    let work = Work {
+        stratum,
+        seed: mix(stratum.seed ^ mix(of_name ^ mix(number))),
+        folder,
+    };
+    let patient = patient();
+    let targets: Vec<Landmark> = stratum
+        .dials
+        .targets
+        .iter()
+        .filter_map(|at| patient.targets().get(*at).cloned())
+        .collect();
+    match ready(&work, number, images, &targets) {
+        Ok(mut ready) => {
+            let mut rows = Vec::new();
+            for (at, target) in (0..).zip(&targets) {
+                rows.push(ready.approached(&work, number, target, mix(work.seed ^ mix(TASKS + at))));
+            }
+            rows
+        }
+        Err(Refused { step, why }) => {
+            let why = images.unnamed(&why, folder);
+            let refused = |target: &Landmark| Row {
+                step: step.word().to_owned(),
+                why: why.clone(),
+                ..empty(stratum, number, target)
+            };
+            targets.iter().map(refused).collect()
+        }
+    }
+}
+
+/// Everything before the first approach.
+fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) -> Result<Ready, Refused> {
+    let dials = &work.stratum.dials;
+    let first = targets
+        .first()
+        .map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
+    let metal = metal(&patient(), &dials.beads);
+    let examined = images.of(work.stratum, number, &metal).map_err(Refused::at(Step::Ct))?;
+    let mut room = TrueRoom::new(work.stratum, work.seed).map_err(Refused::at(Step::Marker))?;
+    let mut prepared = work.marker(&mut room)?;
+    work.tool(&mut room, &mut prepared)?;
+    let count = touched(&dials.beads);
+    let touching = (examined.path.as_path(), &metal[..count.min(metal.len())]);
+    work.registered(&mut room, &mut prepared, touching, first)?;
+    let chain = work.chain(&prepared, &examined.beads.ct_hash, first)?;
+    let registered = room.ct_from_reference();
+    let bumped = dials.bump.and_then(|bump| drawn(bump, work.seed));
+    if let Some((motion, "before")) = bumped {
+        room.bump(motion).map_err(Refused::at(Step::Check))?;
+    }
+    let (check, refused) = check(work, &mut room, &mut prepared, (&examined.beads, metal.get(count)));
+    let refused = refused.map(|why| images.unnamed(&why, work.folder));
+    if let Some((motion, "after")) = bumped {
+        room.bump(motion).map_err(Refused::at(Step::Chain))?;
+    }
+    let gauge = true_from_calibrated(&room.emitters(), &prepared.emitters).map_err(Refused::at(Step::Marker))?;
+    Ok(Ready {
+        quiet: room.quiet().map_err(Refused::at(Step::Chain))?,
+        chain: planted(work.stratum, chain).ok_or_else(|| Refused {
+            step: Step::Chain,
+            why: "the planted error cannot be".to_owned(),
+        })?,
+        truth: True {
+            registered,
+            ct_from_reference: room.ct_from_reference(),
+            marker_from_tool: true_tool(&room),
+            gauge,
+        },
+        bump: bumped.map_or("", |(_, when)| when),
+        check,
+        refused,
+        room,
+    })
+}
+
+/// What the check says, and why it refuses; nothing where there is no bead left to be touched.
+fn check(
+    work: &Work<'_>,
+    room: &mut TrueRoom,
+    prepared: &mut Prepared,
+    (beads, place): (&calib_cli::BeadsFile, Option<&Point<Ct>>),
+) -> (String, Option<String>) {
+    let Some(place) = place else {
+        return (String::new(), None);
+    };
+    match work.checked(room, prepared, beads, *place) {
+        Ok(verdict) => (verdict, None),
+        Err(refused) => ("fail".to_owned(), Some(refused.why)),
+    }
+}
+
+/// How the marker on the patient is moved in this operation, and when.
+fn drawn(bump: Bump, seed: u64) -> Option<(Rigid<Reference, Reference>, &'static str)> {
+    let chance = Chance::new(seed, BUMPED);
+    let when = if chance.uniform(1) < 0.5 { "before" } else { "after" };
+    let moved = chance.uniform(0) < bump.share;
+    moved.then(|| (push(Chance::new(seed, BUMPED + 1), bump.mm, bump.deg), when))
+}
+
+/// The chain with the error that nobody states.
+fn planted(stratum: &Stratum, chain: Chain) -> Option<Chain> {
+    let Some(planted) = stratum.dials.planted else {
+        return Some(chain);
+    };
+    let (mut tool, mut registration) = (chain.marker_from_tool, chain.registration);
+    match (planted.link, registration) {
+        (PlantedIn::Tool, _) => tool = shifted(tool, planted.mm)?,
+        (PlantedIn::Registration, Registration::Referenced(found)) => {
+            registration = Registration::Referenced(shifted(found, planted.mm)?);
+        }
+        (PlantedIn::Registration, Registration::Fixed(found)) => {
+            registration = Registration::Fixed(shifted(found, planted.mm)?);
+        }
+    }
+    Some(Chain {
+        marker_from_tool: tool,
+        registration,
+        ..chain
+    })
+}
+
+impl Ready {
+    fn approached(&mut self, work: &Work<'_>, number: u64, target: &Landmark, seed: u64) -> Row {
+        let dials = &work.stratum.dials;
+        let row = Row {
+            bump: self.bump.to_owned(),
+            check: self.check.clone(),
+            ..empty(work.stratum, number, target)
+        };
+        let from = self.room.next_frame();
+        self.room.wait(longest_s(self.room.rate_hz()));
+        let Some(task) = task(seed, target.centre, dials.radius_mm, (&self.quiet, from)) else {
+            return Row {
+                step: "way".to_owned(),
+                ..row
+            };
+        };
+        if let Some(why) = &self.refused {
+            let why = why.clone();
+            let told = at_target(&task).and_then(|pose| self.unmoved(pose, from, target.centre));
+            return self.judged(
+                told,
+                dials.check_max_mm,
+                Row {
+                    step: Step::Check.word().to_owned(),
+                    why,
+                    ..row
+                },
+            );
+        }
+        let done = approach(&task, (&self.room.localizer, &self.chain), dials, from);
+        self.told(&done, target.centre, dials.understated, row)
+    }
+
+    /// What would be told of the tool at the target, in a frame without noise.
+    fn unmoved(&self, pose: Rigid<Ct, geometry::Tool>, seq: u64, target: Point<Ct>) -> Option<Told> {
+        let frame = self.quiet.frame_at(seq, pose);
+        let found = self.chain.solve(&frame.tool, &frame.reference).ok()?;
+        told(&self.truth, &self.chain, (&frame, &frame), &found.ct_from_tool, target)
+    }
+
+    /// A refusal of the check is right where the true error is beyond what was predicted, or beyond what is allowed.
+    fn judged(&self, told: Option<Told>, max_mm: f64, row: Row) -> Row {
+        let Some(told) = told else { return row };
+        let found = length(told.error);
+        Row {
+            right: Some(found > told.ball_95_mm.min(max_mm)),
+            ..with(&told, told.ball_95_mm, row)
+        }
+    }
+
+    fn told(&self, done: &Approached, target: Point<Ct>, times: f64, row: Row) -> Row {
+        let outcome = done.outcome;
+        let row = Row {
+            ended: if outcome.is_arrived {
+                Ended::Arrived
+            } else {
+                Ended::GivenUp
+            },
+            miss_mm: outcome.miss_mm,
+            time_s: outcome.time_s,
+            strokes: outcome.strokes as u64,
+            pictures: done.pictures,
+            ..row
+        };
+        let told = done.last.as_ref().and_then(|last| {
+            let quiet = self.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
+            told(&self.truth, &self.chain, (&last.frame, &quiet), &last.pose, target)
+        });
+        match told {
+            // Where the last picture was lost the sight predicts nothing; the pose before it did.
+            Some(mut told) => {
+                let predicted_mm = match outcome.predicted_mm.is_finite() {
+                    true => outcome.predicted_mm,
+                    false => told.ball_95_mm / times,
+                };
+                told.nees *= times * times;
+                with(&told, predicted_mm, row)
+            }
+            None => row,
+        }
+    }
+}
+
+fn with(told: &Told, predicted_mm: f64, row: Row) -> Row {
+    Row {
+        tre_mm: length(told.error),
+        predicted_mm,
+        nees: told.nees,
+        links: told
+            .links
+            .map(|link| [length(link.found), link.predicted_rms_mm.unwrap_or(f64::NAN)]),
+        rest_mm: told.rest_mm(),
+        ..row
+    }
+}
+
+/// A line of which nothing is known yet.
+fn empty(stratum: &Stratum, number: u64, target: &Landmark) -> Row {
+    Row {
+        stratum: stratum.name.clone(),
+        number,
+        target: target.name.clone(),
+        ended: Ended::Refused,
+        step: String::new(),
+        check: String::new(),
+        bump: String::new(),
+        right: None,
+        tre_mm: f64::NAN,
+        predicted_mm: f64::NAN,
+        nees: f64::NAN,
+        miss_mm: f64::NAN,
+        time_s: f64::NAN,
+        strokes: 0,
+        pictures: [0; 2],
+        links: [[f64::NAN; 2]; LINKS.len()],
+        rest_mm: f64::NAN,
+        why: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

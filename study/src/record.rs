@@ -1,0 +1,234 @@
+//! The lines of `operations.csv`: one for each target of each operation.
+
+use crate::truth::LINKS;
+
+/// The columns.
+pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,\
+                          registration_mm,registration_rms_mm,bump_mm,reference_mm,reference_rms_mm,frame_mm,frame_rms_mm,marker_mm,\
+                          tool_mm,tool_rms_mm,rest_mm,why";
+/// How many there are.
+const COLUMNS: usize = 28;
+
+/// How an operation ended at a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Ended {
+    /// The sight said ON TARGET, and she let go.
+    Arrived,
+    /// She gave up.
+    GivenUp,
+    /// A step refused to go on.
+    Refused,
+}
+
+impl Ended {
+    const ALL: [(Self, &'static str); 3] = [
+        (Self::Arrived, "arrived"),
+        (Self::GivenUp, "given-up"),
+        (Self::Refused, "refused"),
+    ];
+
+    /// The word in the file.
+    pub fn word(self) -> &'static str {
+        Self::ALL
+            .iter()
+            .find(|(ended, _)| *ended == self)
+            .map_or("", |(_, word)| word)
+    }
+}
+
+/// One line. A number that is not known is not a number, and an empty field in the file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// The stratum.
+    pub stratum: String,
+    /// The operation's number in it.
+    pub number: u64,
+    /// The target.
+    pub target: String,
+    /// How it ended.
+    pub ended: Ended,
+    /// The step that refused; empty where none did.
+    pub step: String,
+    /// What `calib check` said: `pass`, `warn`, `fail`, or nothing where it was not asked.
+    pub check: String,
+    /// `before` or `after` the check, where the marker on the patient was moved on it.
+    pub bump: String,
+    /// Of a refusal by the check: whether the true error was beyond what was predicted, or beyond what is allowed.
+    pub right: Option<bool>,
+    /// The true error of the last pose shown, at the target; of an operation that the check refused, of the pose that would have been.
+    pub tre_mm: f64,
+    /// The radius that holds 95 of 100 of it, as the sight said.
+    pub predicted_mm: f64,
+    /// The error normalised by its covariance.
+    pub nees: f64,
+    /// From the true tip to the true target.
+    pub miss_mm: f64,
+    /// To the target, s.
+    pub time_s: f64,
+    /// Strokes of the hand.
+    pub strokes: u64,
+    /// Pictures looked at, and those without a pose.
+    pub pictures: [u64; 2],
+    /// What each link has made of the error, mm, and its own prediction of that, in the order of [`LINKS`].
+    pub links: [[f64; 2]; LINKS.len()],
+    /// What the links do not explain, mm.
+    pub rest_mm: f64,
+    /// Why it was refused.
+    pub why: String,
+}
+
+/// Links without a prediction have one column.
+const UNSTATED: [usize; 2] = [1, 4];
+
+impl Row {
+    /// Whether the true error was within the predicted radius; `None` where either is not known.
+    pub fn is_within(&self) -> Option<bool> {
+        let known = self.tre_mm.is_finite() && self.predicted_mm.is_finite();
+        known.then_some(self.tre_mm <= self.predicted_mm)
+    }
+
+    /// The line, with its end.
+    pub fn line(&self) -> String {
+        let mut fields = vec![
+            self.stratum.clone(),
+            self.number.to_string(),
+            self.target.clone(),
+            self.ended.word().to_owned(),
+            self.step.clone(),
+            self.check.clone(),
+            self.bump.clone(),
+            self.right
+                .map_or("", |right| if right { "yes" } else { "no" })
+                .to_owned(),
+        ];
+        let numbers = [self.tre_mm, self.predicted_mm, self.nees, self.miss_mm, self.time_s];
+        fields.extend(numbers.map(number));
+        fields.extend([self.strokes, self.pictures[0], self.pictures[1]].map(|count| count.to_string()));
+        for (link, [found, predicted]) in self.links.iter().enumerate() {
+            fields.push(number(*found));
+            if !UNSTATED.contains(&link) {
+                fields.push(number(*predicted));
+            }
+        }
+        fields.push(number(self.rest_mm));
+        // One line, and no field that a reader would have to unquote.
+        fields.push(self.why.replace(['\n', '\r', ','], " ").replace('"', "'"));
+        fields.join(",") + "\n"
+    }
+
+    /// Reads a line without its end.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn read(line: &str) -> Result<Self, String> {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [stratum, ordinal, target, ended, step, check, bump, right, rest @ ..] = &fields[..] else {
+            return Err(format!("{} fields", fields.len()));
+        };
+        if fields.len() != COLUMNS {
+            return Err(format!("{} fields, {COLUMNS} are expected", fields.len()));
+        }
+        let count = |text: &str| text.parse::<u64>().map_err(|error| format!("{text:?}: {error}"));
+        let ended = Ended::ALL.iter().find(|(_, word)| word == ended);
+        let mut numbers = [f64::NAN; 19];
+        let places = (0..5).chain(8..19);
+        for place in places {
+            numbers[place] = value(rest[place])?;
+        }
+        let mut column = 8;
+        let links = std::array::from_fn(|link| {
+            let found = numbers[column];
+            column += 1;
+            let predicted = match UNSTATED.contains(&link) {
+                true => f64::NAN,
+                false => {
+                    column += 1;
+                    numbers[column - 1]
+                }
+            };
+            [found, predicted]
+        });
+        Ok(Self {
+            stratum: (*stratum).to_owned(),
+            number: count(ordinal)?,
+            target: (*target).to_owned(),
+            ended: ended.ok_or("how it ended is not known")?.0,
+            step: (*step).to_owned(),
+            check: (*check).to_owned(),
+            bump: (*bump).to_owned(),
+            right: match *right {
+                "yes" => Some(true),
+                "no" => Some(false),
+                _ => None,
+            },
+            tre_mm: numbers[0],
+            predicted_mm: numbers[1],
+            nees: numbers[2],
+            miss_mm: numbers[3],
+            time_s: numbers[4],
+            strokes: count(rest[5])?,
+            pictures: [count(rest[6])?, count(rest[7])?],
+            links,
+            rest_mm: numbers[18],
+            why: rest[19].to_owned(),
+        })
+    }
+}
+
+/// The shortest digits that bring back every bit; nothing for what is no number.
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        value.to_string()
+    } else {
+        String::new()
+    }
+}
+
+fn value(text: &str) -> Result<f64, String> {
+    match text {
+        "" => Ok(f64::NAN),
+        _ => text.parse().map_err(|error| format!("{text:?}: {error}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_read_as_it_was_written() {
+        let row = Row {
+            stratum: "usual".to_owned(),
+            number: 7,
+            target: "iliac-left".to_owned(),
+            ended: Ended::GivenUp,
+            step: String::new(),
+            check: "warn".to_owned(),
+            bump: "after".to_owned(),
+            right: Some(false),
+            tre_mm: 0.1 + 0.2,
+            predicted_mm: 1.0 / 3.0,
+            nees: 1e-300,
+            miss_mm: 5.0,
+            time_s: 60.0,
+            strokes: 9,
+            pictures: [800, 3],
+            links: [[1.0, 2.0], [3.0, 0.0], [4.0, 5.0], [6.0, 7.0], [8.0, 0.0], [9.0, 10.0]],
+            rest_mm: 1e-9,
+            why: String::new(),
+        };
+        let line = row.line();
+        assert_eq!(HEADER.split(',').count(), COLUMNS);
+        let back = Row::read(line.trim_end()).unwrap();
+        // Columns that do not exist come back as no number.
+        assert!(back.links[1][1].is_nan() && back.links[4][1].is_nan());
+        assert_eq!(back.line(), line);
+        assert_eq!(
+            (back.tre_mm, back.nees, back.links[5]),
+            (row.tre_mm, row.nees, row.links[5])
+        );
+        for broken in ["", "a,b", &line.replace("given-up", "gone"), &line.replace("800", "-1")] {
+            assert!(Row::read(broken.trim_end()).is_err(), "{broken}");
+        }
+    }
+}

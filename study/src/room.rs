@@ -1,0 +1,258 @@
+//! The operating room of one operation: what is truly there, and what the tracker's scene says of it.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use bus::message::Practice;
+use calib::marker::even_directions;
+use calib_cli::HeardPoses;
+use chance::Chance;
+use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Tracker, Uncertain, Vector};
+use scene::operating_room::{Emitters, Room};
+use scene::{Scene, TrackerSource};
+use tracker_proc::Markers;
+use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
+
+use crate::Words;
+use crate::plan::{Dials, Stratum};
+
+/// From the order until the hand is there and has settled, s: it goes for 1.2 s.
+const SETTLED_S: f64 = 1.4;
+/// Places in the room, mm: as in `config/practice/base.toml`.
+pub(crate) const DIVOT_MM: [f64; 3] = [260.0, -60.0, 0.0];
+const BASE: &str =
+    "quaternion = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0], translation_mm = [280.0, -40.0, 60.0]";
+/// The tool's name, and its length from the tip to the handle, mm.
+pub(crate) const TOOL: &str = "mediastinoscope";
+pub(crate) const LENGTH_MM: f64 = 180.0;
+/// The diameter of a hand that comes between, mm.
+const HAND_MM: f64 = 45.0;
+
+/// What is truly there.
+pub(crate) struct TrueRoom {
+    scene: Scene,
+    pub(crate) room: Room,
+    pub(crate) localizer: OperatingRoom,
+    seed: u64,
+    rate_hz: f64,
+    /// Script time up to which frames were taken, s.
+    now_s: f64,
+}
+
+impl TrueRoom {
+    /// The room of an operation of this seed.
+    pub(crate) fn new(stratum: &Stratum, seed: u64) -> Result<Self, Words> {
+        let dials = &stratum.dials;
+        let scene = parsed(&truth_text(dials, seed))?;
+        let TrackerSource::OperatingRoom(room) = &scene.tracker.source else {
+            return Err("the study's own scene has no room".into());
+        };
+        let mut room = (**room).clone();
+        made(&mut room.marker.emitters, dials.marker.made_mm, Chance::new(seed, 11));
+        let localizer = operating(&scene, &room, seed, dials.localizer.rate_hz)?;
+        Ok(Self {
+            scene,
+            room,
+            localizer,
+            seed,
+            rate_hz: dials.localizer.rate_hz,
+            now_s: dials.localizer.uptime_s,
+        })
+    }
+
+    /// The same room with a localizer without noise, for the truth of each link.
+    pub(crate) fn quiet(&self) -> Result<OperatingRoom, Words> {
+        let mut room = self.room.clone();
+        (room.sensor.across_mm, room.sensor.depth_mm) = (0.0, 0.0);
+        operating(&self.scene, &room, self.seed, self.rate_hz)
+    }
+
+    /// The marker on the patient is moved on it, for good.
+    pub(crate) fn bump(&mut self, motion: Rigid<Reference, Reference>) -> Result<(), Words> {
+        if let Some(reference) = &mut self.room.reference {
+            reference.ct_from_reference = reference.ct_from_reference * motion;
+        }
+        self.localizer = operating(&self.scene, &self.room, self.seed, self.rate_hz)?;
+        Ok(())
+    }
+
+    /// Where the marker on the patient sits on it now.
+    pub(crate) fn ct_from_reference(&self) -> Rigid<Ct, Reference> {
+        let reference = self.room.reference.as_ref();
+        reference.map_or(Rigid::identity(), |reference| reference.ct_from_reference)
+    }
+
+    /// The emitters of the tool's marker where they truly are.
+    pub(crate) fn emitters(&self) -> Vec<Point<Marker>> {
+        match &self.room.marker.emitters {
+            Emitters::Listed(list) => list.iter().map(|emitter| emitter.place).collect(),
+            Emitters::Ball { .. } => Vec::new(),
+        }
+    }
+
+    /// The number of the first frame that was not taken yet.
+    pub(crate) fn next_frame(&self) -> u64 {
+        (self.now_s * self.rate_hz).ceil() as u64
+    }
+
+    /// Frames a second.
+    pub(crate) fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    /// The hand does as it is told for so long once it is there; what the markers' poses were meanwhile, against the marker on the
+    /// patient, which the tracker stands for.
+    pub(crate) fn listen(
+        &mut self,
+        practice: &Practice,
+        seconds: f64,
+        markers: &mut Markers,
+    ) -> Result<HeardPoses, Words> {
+        self.localizer.order(practice, self.now_s)?;
+        let from = ((self.now_s + SETTLED_S) * self.rate_hz).ceil() as u64;
+        let until = ((self.now_s + SETTLED_S + seconds) * self.rate_hz).ceil() as u64;
+        let mut heard = HeardPoses::default();
+        for seq in from..until {
+            hear(&self.localizer.frame(seq), markers, &mut heard);
+        }
+        self.now_s = until as f64 / self.rate_hz;
+        Ok(heard)
+    }
+
+    /// Frames of a tool that is held so in each of them.
+    pub(crate) fn held(&mut self, poses: impl Iterator<Item = Rigid<Ct, Tool>>) -> Vec<Frame> {
+        let from = self.next_frame();
+        let frames: Vec<Frame> = (from..)
+            .zip(poses)
+            .map(|(seq, pose)| self.localizer.frame_at(seq, pose))
+            .collect();
+        self.now_s += frames.len() as f64 / self.rate_hz;
+        frames
+    }
+
+    /// Time goes by.
+    pub(crate) fn wait(&mut self, seconds: f64) {
+        self.now_s += seconds;
+    }
+}
+
+/// What the chain makes of one frame.
+fn hear(frame: &Frame, markers: &mut Markers, heard: &mut HeardPoses) {
+    let message = frame.message(frame.t_capture_ns, frame.t_arrival_ns);
+    let pose = markers.see(&message, frame.t_arrival_ns).map(|seen| {
+        let pose = seen.reference.map(|reference| reference.inverse() * seen.marker);
+        pose.and_then(stand_in)
+    });
+    match pose {
+        Ok(Some(pose)) => {
+            heard.poses.push(pose);
+            heard.times_s.push(frame.t_capture_ns as f64 / 1e9);
+        }
+        Ok(None) => heard.lost += 1,
+        Err(why) => {
+            heard.lost += 1;
+            heard.why = why;
+        }
+    }
+}
+
+/// The same pose with the tracker's name on its frame: what calibrations take poses in.
+fn stand_in(pose: Uncertain<Reference, Marker>) -> Option<Uncertain<Tracker, Marker>> {
+    let [x, y, z] = pose.transform().translation_mm();
+    let rigid = Rigid::from_parts(pose.transform().rotation(), Vector::new(x, y, z));
+    Uncertain::from_upper(rigid, pose.upper()).ok()
+}
+
+fn operating(scene: &Scene, room: &Room, seed: u64, rate_hz: f64) -> Result<OperatingRoom, Words> {
+    let script = Script::of_room(room, &scene.targets, None).map_err(|error| error.to_string())?;
+    let script = script.practised(room, seed);
+    let made = OperatingRoom::new(script, room, &scene.tracker.ct_from_tracker, seed, rate_hz);
+    Ok(made.map_err(|error| error.to_string())?)
+}
+
+pub(crate) fn parsed(text: &str) -> Result<Scene, Words> {
+    Ok(Scene::parse(text, Path::new("the study's own scene")).map_err(|error| error.to_string())?)
+}
+
+/// Moves emitters off where they were to be put.
+fn made(emitters: &mut Emitters<Marker>, made_mm: f64, chance: Chance) {
+    let Emitters::Listed(list) = emitters else { return };
+    for (number, emitter) in (0_u64..).zip(list) {
+        let [x, y, z] = [0, 1, 2].map(|k| made_mm * chance.normal(3 * number + k));
+        emitter.place = emitter.place + Vector::new(x, y, z);
+    }
+}
+
+/// The scene of what is truly there, emitters where they were to be put.
+fn truth_text(dials: &Dials, seed: u64) -> String {
+    let (marker, localizer, touch) = (dials.marker, dials.localizer, dials.touch);
+    let [x, y, z] = DIVOT_MM;
+    // What a seed of a scene may be is bounded by TOML's integers.
+    let mut text = format!(
+        "seed = {}\n[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"operating-room\"\nrate_hz = {}\n\
+         [tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}\
+         [tracker.room.localizer]\nacross_mm = {}\ndepth_mm = {}\n\
+         [tracker.room.practice]\ndivot_ct_mm = [{x}, {y}, {z}]\nct_from_base = {{ {BASE} }}\ntouch_error_mm = {}\ntremor_mm = {}\n",
+        seed >> 1,
+        localizer.rate_hz,
+        marker.cone_deg,
+        ball(dials),
+        reference_text("tracker.room", dials),
+        localizer.across_mm,
+        localizer.depth_mm,
+        touch.error_mm,
+        touch.tremor_mm,
+    );
+    if let Some([share, every_s]) = dials.occlusion {
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "[tracker.room.hand]\nradius_mm = {HAND_MM}\nevery_s = {every_s}\nfor_s = {}",
+            share * every_s
+        );
+    }
+    text
+}
+
+/// The marker on the patient, as it was drawn.
+pub(crate) fn reference_text(table: &str, dials: &Dials) -> String {
+    let marker = dials.marker;
+    format!(
+        "[{table}.reference]\nball = {{ emitters = {}, radius_mm = {:?} }}\ncone_deg = {:?}\n",
+        marker.emitters, marker.radius_mm, marker.cone_deg
+    )
+}
+
+/// The emitters of a ball, one by one.
+fn ball(dials: &Dials) -> String {
+    let one = |out: geometry::Direction<Marker>| {
+        let [x, y, z] = out.components();
+        let r = dials.marker.radius_mm;
+        format!(
+            "{{ at_mm = [{:?}, {:?}, {:?}], normal = [{x:?}, {y:?}, {z:?}] }}",
+            x * r,
+            y * r,
+            z * r
+        )
+    };
+    let list: Vec<String> = even_directions(dials.marker.emitters).into_iter().map(one).collect();
+    list.join(", ")
+}
+
+/// What the tracker's scene says before calibration and registration: the emitters as they were calibrated.
+pub(crate) fn tracker_text(dials: &Dials, emitters: &[Point<Marker>]) -> String {
+    let one = |place: &Point<Marker>| {
+        let [x, y, z] = place.mm();
+        format!("{{ at_mm = [{x:?}, {y:?}, {z:?}] }}")
+    };
+    let list: Vec<String> = emitters.iter().map(one).collect();
+    format!(
+        "[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"emitters\"\n\
+         [tracker.emitters.marker]\nemitters = [{}]\n{}\
+         [tracker.emitters.localizer]\nacross_mm = {:?}\ndepth_mm = {:?}\n",
+        list.join(", "),
+        reference_text("tracker.emitters", dials),
+        dials.localizer.across_mm,
+        dials.localizer.depth_mm,
+    )
+}

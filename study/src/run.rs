@@ -1,0 +1,120 @@
+//! All operations of a study, by several threads, in order.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc;
+
+use bus::clock::{monotonic_ns, ms};
+
+use crate::folder::{Folder, FolderError};
+use crate::images::Images;
+use crate::operation::operate;
+use crate::plan::Plan;
+use crate::record::Row;
+
+/// Between two words of progress, s.
+const TELL_S: f64 = 5.0;
+
+/// Why a study did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// Its folder.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A folder for the files of one operation could not be made.
+    #[error("a folder for the files of an operation: {0}")]
+    Scratch(std::io::Error),
+    /// A thread ended before its time.
+    #[error("a thread ended before all operations were done; the folder can be gone on with")]
+    Thread,
+}
+
+/// What a study came to.
+#[derive(Debug)]
+pub struct Done {
+    /// All lines, in the order of the file.
+    pub rows: Vec<Row>,
+    /// Operations that were done now, and those that were there already.
+    pub operations: [u64; 2],
+    /// How long those of now took, s of a clock on the wall.
+    pub took_s: f64,
+}
+
+/// Does what of the study is not done yet, with so many threads (at least one); lines go to `operations.csv` in `out` as soon
+/// as all before them are there. The bytes do not depend on the number of threads, nor on where an earlier run was killed.
+///
+/// # Errors
+/// [`RunError`]; what was written stays, and is gone on with.
+pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
+    let mut folder = Folder::open(out, plan)?;
+    let (before, total) = (folder.done, plan.operations());
+    let images = Images::new(folder.file("images"));
+    let next = AtomicU64::new(before);
+    let began = monotonic_ns();
+    std::thread::scope(|scope| {
+        let (send, received) = mpsc::channel::<(u64, std::io::Result<Vec<Row>>)>();
+        for _ in 0..threads.max(1) {
+            let (send, next, images) = (send.clone(), &next, &images);
+            scope.spawn(move || {
+                loop {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((stratum, number)) = plan.operation(at) else {
+                        break;
+                    };
+                    let scratch = tempfile::Builder::new().prefix("trocar-study-").tempdir();
+                    let rows = scratch.map(|scratch| operate(stratum, number, images, scratch.path()));
+                    if send.send((at, rows)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(send);
+        let result = gathered(&mut folder, &received, (before, total), began);
+        // Who is not received any more stops after what it is at.
+        next.store(total, Ordering::Relaxed);
+        result
+    })?;
+    if folder.done < total {
+        return Err(RunError::Thread);
+    }
+    Ok(Done {
+        operations: [folder.done - before, before],
+        rows: std::mem::take(&mut folder.rows),
+        took_s: seconds_since(began),
+    })
+}
+
+/// Writes what comes, in order.
+fn gathered(
+    folder: &mut Folder,
+    received: &mpsc::Receiver<(u64, std::io::Result<Vec<Row>>)>,
+    (before, total): (u64, u64),
+    began: i64,
+) -> Result<(), RunError> {
+    let mut waiting = BTreeMap::new();
+    let mut told_s = 0.0;
+    for (at, rows) in received {
+        waiting.insert(at, rows.map_err(RunError::Scratch)?);
+        while let Some(rows) = waiting.remove(&folder.done) {
+            folder.append(rows)?;
+        }
+        let passed_s = seconds_since(began);
+        if passed_s - told_s > TELL_S || folder.done == total {
+            told_s = passed_s;
+            tell(folder.done, before, total, passed_s);
+        }
+    }
+    Ok(())
+}
+
+fn seconds_since(began: i64) -> f64 {
+    ms(monotonic_ns() - began) / 1e3
+}
+
+fn tell(done: u64, before: u64, total: u64, passed_s: f64) {
+    let here = done.saturating_sub(before).max(1) as f64;
+    let left_s = passed_s / here * (total - done) as f64;
+    bus::stderr_line!("study: {done} of {total} operations; {passed_s:.0} s, about {left_s:.0} s to go");
+}

@@ -1,0 +1,176 @@
+//! Shares, quantiles and their intervals.
+//!
+//! The targets of one operation share its calibration and its registration, so their errors are not independent. Intervals
+//! here are therefore those of as many independent observations as there are operations: too wide rather than too narrow.
+
+mod special;
+
+use special::{beta, gamma};
+
+/// Of all intervals: 95 of 100 hold what they are of.
+pub const LEVEL: f64 = 0.95;
+/// The 0.95 quantile of chi-squared with three degrees of freedom: the ellipsoid that holds 95 of 100 (Abramowitz and Stegun 1964,
+/// table 26.8).
+pub const CHI_SQUARE_95: f64 = 7.814_727_903_251_179;
+
+/// A number with the interval that it is known to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// What was found.
+    pub found: f64,
+    /// From here to there, at [`LEVEL`].
+    pub interval: [f64; 2],
+}
+
+/// The interval of a share of `n` observations, 0 to 1 (Clopper and Pearson, 1934): quantiles of beta distributions, which hold
+/// for shares that are no whole number of observations too.
+///
+/// Not a number without observations.
+pub fn share(found: f64, n: f64) -> Estimate {
+    let (k, tail) = (found * n, 0.5 * (1.0 - LEVEL));
+    let low = match k > 0.0 {
+        true => beta_quantile(tail, k, n - k + 1.0),
+        false => 0.0,
+    };
+    let high = match k < n {
+        true => beta_quantile(1.0 - tail, k + 1.0, n - k),
+        false => 1.0,
+    };
+    let interval = if n > 0.0 { [low, high] } else { [f64::NAN; 2] };
+    Estimate { found, interval }
+}
+
+/// The `p` quantile of sorted numbers, the least that a share `p` of them does not exceed, with its interval for `n` independent
+/// ones: the quantiles at the ends of the interval of the share `p`, which needs nothing of the distribution (order
+/// statistics; David and Nagaraja 2003, 7.1).
+///
+/// Not a number without numbers.
+pub fn quantile(sorted: &[f64], p: f64, n: f64) -> Estimate {
+    let at = |p: f64| {
+        let place = (p * sorted.len() as f64).ceil().max(1.0) as usize;
+        sorted
+            .get(place.min(sorted.len()).saturating_sub(1))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    let [low, high] = share(p, n).interval;
+    Estimate {
+        found: at(p),
+        interval: [at(low), at(high)],
+    }
+}
+
+/// Where the mean of `n` sums of three squares of normal numbers lies in 95 of 100 cases, were the deviations right: a third of
+/// chi-squared of `3 n` degrees of freedom, times three.
+pub fn nees_bounds(n: f64) -> [f64; 2] {
+    let tail = 0.5 * (1.0 - LEVEL);
+    [tail, 1.0 - tail].map(|p| chi_square_quantile(p, 3.0 * n) / n)
+}
+
+/// The root mean square.
+pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        (sum, count) = (sum + value * value, count + 1.0);
+    }
+    (sum / count).sqrt()
+}
+
+/// The mean.
+pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for value in values {
+        (sum, count) = (sum + value, count + 1.0);
+    }
+    sum / count
+}
+
+fn beta_quantile(p: f64, a: f64, b: f64) -> f64 {
+    bisected([0.0, 1.0], |x| beta(x, a, b) < p)
+}
+
+fn chi_square_quantile(p: f64, k: f64) -> f64 {
+    // Ten deviations beyond the mean and a constant for few degrees of freedom.
+    let most = k + 10.0 * (2.0 * k).sqrt() + 50.0;
+    bisected([0.0, most], |x| gamma(0.5 * x, 0.5 * k) < p)
+}
+
+/// Where a rising function passes what it is asked for, to the last bit or two.
+fn bisected([mut low, mut high]: [f64; 2], is_below: impl Fn(f64) -> bool) -> f64 {
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        match is_below(middle) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0 and 10 of 10: 1 - 0.025^(1/10); 5 of 10 and 19 of 20 of published tables (Clopper and Pearson 1934; Hahn and Meeker 1991).
+    #[test]
+    fn intervals_of_shares_are_those_of_the_tables() {
+        let end = 1.0 - 0.025_f64.powf(0.1);
+        let close = |found: [f64; 2], expected: [f64; 2], to: f64| {
+            assert!(
+                (0..2).all(|k| (found[k] - expected[k]).abs() < to),
+                "{found:?} {expected:?}"
+            );
+        };
+        close(share(0.0, 10.0).interval, [0.0, end], 1e-12);
+        close(share(1.0, 10.0).interval, [1.0 - end, 1.0], 1e-12);
+        close(share(0.5, 10.0).interval, [0.1871, 0.8129], 5e-5);
+        close(share(0.95, 20.0).interval, [0.7513, 0.9987], 5e-5);
+        assert!(share(0.5, 0.0).interval[0].is_nan());
+    }
+
+    /// By the definition: the binomial sum to either side at the ends is 0.025.
+    #[test]
+    fn the_ends_of_an_interval_leave_a_fortieth_to_each_side() {
+        for (k, n) in [(1, 7), (93, 100), (30, 1000), (999, 1000)] {
+            let [low, high] = share(f64::from(k) / f64::from(n), f64::from(n)).interval;
+            let tail = |p: f64, from: i32, to: i32| -> f64 {
+                let term = |i: i32| {
+                    let ln = |m: i32| (1..=m).map(|x| f64::from(x).ln()).sum::<f64>();
+                    (ln(n) - ln(i) - ln(n - i) + f64::from(i) * p.ln() + f64::from(n - i) * (1.0 - p).ln()).exp()
+                };
+                (from..=to).map(term).sum()
+            };
+            // Sums of a thousand logarithms: 1e-12 of each term.
+            assert!((tail(low, k, n) - 0.025).abs() < 1e-9, "{k} {n} {low}");
+            assert!((tail(high, 0, k) - 0.025).abs() < 1e-9, "{k} {n} {high}");
+        }
+    }
+
+    /// Abramowitz and Stegun 1964, table 26.8: 30 degrees of freedom, 0.025 and 0.975; 3 degrees.
+    #[test]
+    fn chi_squared_is_that_of_the_table() {
+        assert!((chi_square_quantile(0.975, 30.0) - 46.979_24).abs() < 1e-4);
+        assert!((chi_square_quantile(0.025, 30.0) - 16.790_77).abs() < 1e-4);
+        assert!((chi_square_quantile(0.95, 3.0) - CHI_SQUARE_95).abs() < 1e-9);
+        let [low, high] = nees_bounds(10.0);
+        assert!((low - 1.679_077).abs() < 1e-5 && (high - 4.697_924).abs() < 1e-5);
+        // Many: the normal distribution's 3 -+ 1.96 sqrt(6 / n).
+        let [low, high] = nees_bounds(1e4);
+        assert!(
+            (low - (3.0 - 1.96 * (6e-4_f64).sqrt())).abs() < 1e-3 && (high - 3.048).abs() < 1e-3,
+            "{low} {high}"
+        );
+    }
+
+    #[test]
+    fn quantiles_are_order_statistics() {
+        let sorted: Vec<f64> = (1..=100).map(f64::from).collect();
+        let median = quantile(&sorted, 0.5, 100.0);
+        // Of 100 numbers the 40th and the 61st, as the binomial distribution has them, but for the roundings of ranks.
+        assert_eq!((median.found, median.interval), (50.0, [40.0, 61.0]));
+        assert_eq!(quantile(&sorted, 0.95, 100.0).found, 95.0);
+        // Fewer independent ones, wider.
+        assert!(quantile(&sorted, 0.5, 20.0).interval[0] < 40.0);
+        assert!(quantile(&[], 0.5, 0.0).found.is_nan());
+    }
+}

@@ -1,0 +1,9 @@
+//! Whole studies.
+
+#![allow(clippy::unwrap_used, reason = "a test stops where it cannot go on")]
+
+mod accuracy;
+mod extremes;
+mod refused;
+mod resumed;
+mod support;

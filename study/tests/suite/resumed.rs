@@ -1,0 +1,145 @@
+//! Whatever happens to the program, the lines are those of an unbroken run.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::Duration;
+
+use crate::support::six;
+use study::run::run;
+
+fn lines(folder: &Path) -> String {
+    fs::read_to_string(folder.join("operations.csv")).unwrap()
+}
+
+fn unbroken() -> String {
+    let folder = tempfile::tempdir().unwrap();
+    run(&six(), folder.path(), 1).unwrap();
+    lines(folder.path())
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&six(), folder.path(), 3).unwrap();
+    let found = lines(folder.path());
+    assert_eq!(found, unbroken());
+    assert_eq!(found.lines().count(), 1 + 6 * 2);
+}
+
+/// Not a test: what [`killed_at_any_moment_it_goes_on_without_counting_twice`] starts and kills.
+#[test]
+#[ignore = "the child of another test"]
+fn child() {
+    if let Ok(out) = std::env::var("TROCAR_STUDY_OUT") {
+        run(&six(), Path::new(&out), 2).unwrap();
+    }
+}
+
+#[allow(clippy::disallowed_methods, reason = "a process is needed that can be killed")]
+fn started(out: &Path) -> Child {
+    let exe = std::env::current_exe().unwrap();
+    let words = ["resumed::child", "--exact", "--ignored", "--test-threads=1"];
+    Command::new(exe)
+        .args(words)
+        .env("TROCAR_STUDY_OUT", out)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn killed_at_any_moment_it_goes_on_without_counting_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut killed, mut wait) = (0, 100);
+    // 180 s of waiting at most.
+    while wait < 6000 {
+        let mut child = started(folder.path());
+        std::thread::sleep(Duration::from_millis(wait));
+        if child.try_wait().unwrap().is_some_and(|status| status.success()) {
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        killed += 1;
+        // Longer each time, by a part that falls on other moments.
+        wait += 137;
+    }
+    assert!(wait < 6000, "never done");
+    assert!(killed >= 3, "killed {killed} times only");
+    assert_eq!(lines(folder.path()), unbroken());
+}
+
+/// As the kernel may leave a write of several lines.
+#[test]
+fn half_an_operation_is_done_again() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&six(), folder.path(), 1).unwrap();
+    let whole = lines(folder.path());
+    let path = folder.path().join("operations.csv");
+    for cut in [whole.len() - 1, whole.len() / 2, whole.len() / 3, 200, 10, 0] {
+        fs::write(&path, &whole.as_bytes()[..cut]).unwrap();
+        run(&six(), folder.path(), 2).unwrap();
+        assert_eq!(lines(folder.path()), whole, "cut at {cut}");
+    }
+}
+
+#[test]
+fn a_folder_of_something_else_is_refused_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = || run(&six(), folder.path(), 1).unwrap_err().to_string();
+    fs::write(folder.path().join("letter.txt"), "Dear").unwrap();
+    assert!(refused().contains("is not empty and holds no study"), "{}", refused());
+    fs::remove_file(folder.path().join("letter.txt")).unwrap();
+    run(&six(), folder.path(), 2).unwrap();
+    let about = folder.path().join("study.json");
+    let text = fs::read_to_string(&about).unwrap();
+    for (from, to, words) in [
+        (
+            "\"version\": 1",
+            "\"version\": 2",
+            "found format \"trocar-study\", version 2",
+        ),
+        ("trocar-study", "other", "found format \"other\", version 1"),
+        ("{", "", "found trailing characters"),
+    ] {
+        fs::write(&about, text.replacen(from, to, 1)).unwrap();
+        assert!(refused().contains(words), "{}", refused());
+    }
+    fs::write(&about, &text).unwrap();
+    let mut other = six();
+    other.hash = "0123456789abcdef0123".to_owned();
+    let error = run(&other, folder.path(), 1).unwrap_err().to_string();
+    assert!(
+        error.contains("is of another study") && error.contains("0123456789abcdef"),
+        "{error}"
+    );
+    let whole = lines(folder.path());
+    let path = folder.path().join("operations.csv");
+    for (changed, words) in [
+        (
+            whole.replacen("a,1,", "a,2,", 1),
+            "line 4: operation 2 of \"a\" does not come next",
+        ),
+        (whole.replacen("stratum", "layer", 1), "line 1: other columns"),
+        (
+            whole.clone() + whole.lines().last().unwrap() + "\n",
+            "line 14: operation 2 of \"b\" does not come next",
+        ),
+        (whole.replacen("arrived", "vanished", 1), "how it ended is not known"),
+    ] {
+        fs::write(&path, changed).unwrap();
+        assert!(refused().contains(words), "{}", refused());
+    }
+}
+
+#[test]
+fn two_programs_do_not_write_one_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&six(), folder.path(), 2).unwrap();
+    let held = fs::File::open(folder.path().join("study.json")).unwrap();
+    held.lock().unwrap();
+    let error = run(&six(), folder.path(), 1).unwrap_err().to_string();
+    assert!(error.contains("another program is working in this folder"), "{error}");
+}
