@@ -186,7 +186,7 @@ impl Tube {
         nearest.distance(&local).turned(&self.pose.rotation)
     }
 
-    /// The value alone of [`Self::signed_distance`], to the bit, at a third of its cost.
+    /// The value alone of [`Self::signed_distance`], by the same formula and without derivatives.
     #[must_use]
     pub fn distance(&self, x: &Vector3<f64>) -> f64 {
         let local = self.pose.inverse_transform_point(&Point3::from(*x)).coords;
