@@ -26,7 +26,7 @@ pub struct TissueHeader {
     pub factor: u64,
     /// Free forces over the forces of contact.
     pub residual: f64,
-    /// What further steps would move, mm: an estimate of the algebraic part of the error alone.
+    /// What further steps would move, mm: an estimate of the algebraic part of the error alone, and no bound.
     pub unsettled_mm: f64,
     /// The way that is left to the pose, mm: above 0 while the model catches up.
     pub left_mm: f64,

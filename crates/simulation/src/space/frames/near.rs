@@ -86,6 +86,7 @@ impl Near {
     }
 
     fn mean_compliance(&self) -> f64 {
+        // Only traces of the 3 x 3 blocks are asked for: they are summed once, not for each point.
         let carriers = self.c.nrows() / 3;
         let traces = DMatrix::from_fn(carriers, carriers, |i, j| {
             (0..3).map(|k| self.c[(3 * i + k, 3 * j + k)]).sum::<f64>()
@@ -105,6 +106,7 @@ impl Near {
     fn column(&self, k: usize) -> Vec<f64> {
         let size = self.c.nrows();
         let mut column = vec![0.0; 3 * size];
+        // `C` is symmetric: columns are read where rows are meant, as these lie together in memory.
         for (carrier, weight) in self.row(k) {
             for (direction, own) in column.chunks_exact_mut(size).enumerate() {
                 let c = self.c.column(3 * *carrier as usize + direction);
@@ -140,6 +142,7 @@ pub(super) struct Active {
 impl Active {
     /// The number of a point near among these; it is taken in if it is not yet.
     pub(super) fn take(&mut self, near: &Near, k: usize) -> usize {
+        // Numbers begin at 1, so that what was just added says that it is not here.
         self.numbers.resize(near.points.len(), 0);
         if self.numbers[k] == 0 {
             self.points.push(k);
@@ -162,6 +165,7 @@ impl Active {
 
     /// What forces on one move another by.
     pub(super) fn block(&self, i: usize, j: usize) -> Matrix3<f64> {
+        // Forces and displacements of two points are reciprocal (Betti): one triangle holds both.
         if j <= i { self.w[i][j] } else { self.w[j][i].transpose() }
     }
 
@@ -184,6 +188,7 @@ impl Active {
 
     /// How they move all points near, three numbers each: `W f`.
     pub(super) fn moved_all(&self, near: &Near, forces: &[Vector3<f64>]) -> Vec<f64> {
+        // Through what carries the points: of few forces that is less than a block for each pair.
         let size = near.c.nrows();
         let mut carried = vec![0.0; size];
         for (j, force) in pushed(forces) {
