@@ -12,11 +12,13 @@ use crate::record::{HEADER, Row};
 /// The value of `format` in `study.json`.
 const FORMAT: &str = "trocar-study";
 /// Of `version`. It rises when lines mean something else than before.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const STUDY: &str = "study.json";
 const LINES: &str = "operations.csv";
 /// The longest `operations.csv` that is gone on with: 500 000 lines of 400 bytes.
 const MAX_BYTES: u64 = 1 << 28;
+/// Begins the name of `study.json` while it is written.
+const BESIDE: &str = ".study-";
 
 /// Why a folder cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -54,6 +56,18 @@ pub enum FolderError {
         /// That of the files.
         expected: String,
     },
+    /// Begun by another program.
+    #[error(
+        "{path} was begun by program {found}, and this is {expected}: what both wrote would not be one study. Give --out another folder"
+    )]
+    Program {
+        /// `study.json`.
+        path: PathBuf,
+        /// The program that stands there.
+        found: String,
+        /// This one.
+        expected: String,
+    },
     /// Somebody is at it.
     #[error("{0}: another program is working in this folder")]
     Busy(PathBuf),
@@ -73,6 +87,7 @@ pub enum FolderError {
 struct About {
     format: String,
     version: u32,
+    program: String,
     study: String,
     files: Vec<String>,
     operations: u64,
@@ -155,12 +170,15 @@ fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
     let path = folder.join(STUDY);
     if !path.exists() {
         let mut inside = fs::read_dir(folder).map_err(io_at(folder))?;
-        if inside.next().is_some() {
+        // What a kill left of the file that is written here is no other's.
+        let is_ours = |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with(BESIDE);
+        if inside.any(|entry| !entry.is_ok_and(|entry| is_ours(&entry))) {
             return Err(FolderError::Foreign(folder.to_owned()));
         }
         let about = About {
             format: FORMAT.to_owned(),
             version: VERSION,
+            program: program().map_err(io_at(&path))?,
             study: plan.hash.clone(),
             files: plan.files.clone(),
             operations: plan.operations(),
@@ -168,9 +186,17 @@ fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
         let text = serde_json::to_string_pretty(&about)
             .map_err(io::Error::other)
             .map_err(io_at(&path))?;
-        let beside = tempfile::NamedTempFile::new_in(folder.parent().unwrap_or(folder)).map_err(io_at(&path))?;
+        let beside = tempfile::Builder::new()
+            .prefix(BESIDE)
+            .tempfile_in(folder)
+            .map_err(io_at(&path))?;
         fs::write(beside.path(), text + "\n").map_err(io_at(&path))?;
-        beside.persist(&path).map_err(|error| io_at(&path)(error.error))?;
+        match beside.persist_noclobber(&path) {
+            Ok(_) => {}
+            // Another began at the same moment: whose study it is, and who works here, is seen below.
+            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(io_at(&path)(error.error)),
+        }
     }
     let file = File::open(&path).map_err(io_at(&path))?;
     match file.try_lock() {
@@ -182,7 +208,18 @@ fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
     Ok(file)
 }
 
-/// Refuses another version, and another study.
+/// This program: its version, and the first digits of the hash of its file. Lines of another build may mean something else.
+fn program() -> io::Result<String> {
+    let mut hash = blake3::Hasher::new();
+    io::copy(&mut File::open(std::env::current_exe()?)?, &mut hash)?;
+    Ok(format!(
+        "{} {}",
+        env!("CARGO_PKG_VERSION"),
+        &hash.finalize().to_hex()[..16]
+    ))
+}
+
+/// Refuses another version, another program, and another study.
 fn held(path: &Path, plan: &Plan) -> Result<(), FolderError> {
     let other = |found: String| FolderError::Version {
         path: path.to_owned(),
@@ -195,6 +232,14 @@ fn held(path: &Path, plan: &Plan) -> Result<(), FolderError> {
         return Err(other(found.chars().take(120).collect()));
     }
     let about: About = serde_json::from_value(value).map_err(|error| other(error.to_string()))?;
+    let expected = program().map_err(io_at(path))?;
+    if about.program != expected {
+        return Err(FolderError::Program {
+            path: path.to_owned(),
+            found: about.program.chars().take(40).collect(),
+            expected,
+        });
+    }
     match about.study == plan.hash {
         true => Ok(()),
         false => Err(FolderError::Other {

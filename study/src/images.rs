@@ -1,6 +1,6 @@
 //! Examinations with the beads that were found in them: made once, known by the hash of all that they are made of, and used again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -12,7 +12,7 @@ use geometry::{Ct, Point};
 
 use crate::Words;
 use crate::patient;
-use crate::plan::Stratum;
+use crate::plan::{Plan, Stratum};
 use crate::steps::HANDS;
 
 /// An examination's beads.
@@ -47,7 +47,7 @@ impl Images {
         own.replace(&*self.folder.to_string_lossy(), "")
     }
 
-    /// The examination of an operation: its own, or one that it shares with others of its stratum.
+    /// The examination of an operation: its own, or one that it shares with others of its stratum, and of strata whose CTs follow from the same numbers.
     pub(crate) fn of(&self, stratum: &Stratum, number: u64, metal: &[Point<Ct>]) -> Result<Arc<Examined>, String> {
         let image = number % stratum.dials.ct.images;
         let key = key(stratum, image, metal);
@@ -94,6 +94,17 @@ fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Res
     found
         .map(drop)
         .map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
+}
+
+/// How many different examinations a plan has: strata whose CTs follow from the same numbers share them.
+pub(crate) fn count(plan: &Plan) -> usize {
+    let patient = patient::patient();
+    let keys = plan.strata.iter().flat_map(|stratum| {
+        let metal = patient::metal(&patient, &stratum.dials.beads);
+        let images = 0..stratum.dials.ct.images.min(stratum.operations);
+        images.map(|image| key(stratum, image, &metal)).collect::<Vec<_>>()
+    });
+    keys.collect::<BTreeSet<_>>().len()
 }
 
 /// The first digits of the hash of all that the voxels follow from.

@@ -34,7 +34,10 @@ struct Ready {
 }
 
 /// The lines of an operation, one for each target. `folder` is its own, and empty.
-pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &Path) -> Vec<Row> {
+///
+/// # Errors
+/// Where the machine failed: of such an operation there are no lines.
+pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &Path) -> Result<Vec<Row>, Refused> {
     let name = blake3::hash(stratum.name.as_bytes());
     // The first bytes of the name's hash: strata of one seed draw apart.
     let of_name = name
@@ -60,8 +63,9 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
             for (at, target) in (0..).zip(&targets) {
                 rows.push(ready.approached(&work, number, target, mix(work.seed ^ mix(TASKS + at))));
             }
-            rows
+            Ok(rows)
         }
+        Err(refused) if refused.is_of_the_machine() => Err(refused),
         Err(Refused { step, why }) => {
             let why = images.unnamed(&why, folder);
             let refused = |target: &Landmark| Row {
@@ -69,7 +73,7 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
                 why: why.clone(),
                 ..empty(stratum, number, target)
             };
-            targets.iter().map(refused).collect()
+            Ok(targets.iter().map(refused).collect())
         }
     }
 }
@@ -94,7 +98,7 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
     if let Some((motion, "before")) = bumped {
         room.bump(motion).map_err(Refused::at(Step::Check))?;
     }
-    let (check, refused) = check(work, &mut room, &mut prepared, (&examined.beads, metal.get(count)));
+    let (check, refused) = check(work, &mut room, &mut prepared, (&examined.beads, metal.get(count)))?;
     let refused = refused.map(|why| images.unnamed(&why, work.folder));
     if let Some((motion, "after")) = bumped {
         room.bump(motion).map_err(Refused::at(Step::Chain))?;
@@ -120,18 +124,22 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
 }
 
 /// What the check says, and why it refuses; nothing where there is no bead left to be touched.
+///
+/// # Errors
+/// Where the machine failed: the check has said nothing.
 fn check(
     work: &Work<'_>,
     room: &mut TrueRoom,
     prepared: &mut Prepared,
     (beads, place): (&calib_cli::BeadsFile, Option<&Point<Ct>>),
-) -> (String, Option<String>) {
+) -> Result<(String, Option<String>), Refused> {
     let Some(place) = place else {
-        return (String::new(), None);
+        return Ok((String::new(), None));
     };
     match work.checked(room, prepared, beads, *place) {
-        Ok(verdict) => (verdict, None),
-        Err(refused) => ("fail".to_owned(), Some(refused.why)),
+        Ok(verdict) => Ok((verdict, None)),
+        Err(refused) if refused.is_of_the_machine() => Err(refused),
+        Err(refused) => Ok(("fail".to_owned(), Some(refused.why))),
     }
 }
 

@@ -21,7 +21,7 @@ pub fn write(folder: &Path, plan: &Plan, rows: &[Row]) -> io::Result<()> {
     let summaries: Vec<Summary> = plan
         .strata
         .iter()
-        .map(|stratum| Summary::of(&stratum.name, &of(&stratum.name)))
+        .map(|stratum| Summary::of(&stratum.name, &of(&stratum.name), stratum.dials.radius_mm))
         .collect();
     let charts = charts::all(&summaries, rows)?;
     for (name, _, png) in &charts {

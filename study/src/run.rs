@@ -25,6 +25,18 @@ pub enum RunError {
     /// A folder for the files of one operation could not be made.
     #[error("a folder for the files of an operation: {0}")]
     Scratch(std::io::Error),
+    /// The machine failed in the middle of an operation.
+    #[error("operation {number} of {stratum}, {step}: {why}. The folder can be gone on with")]
+    Machine {
+        /// Which stratum.
+        stratum: String,
+        /// Which operation of it.
+        number: u64,
+        /// At which step.
+        step: &'static str,
+        /// What the system says.
+        why: String,
+    },
     /// A thread ended before its time.
     #[error("a thread ended before all operations were done; the folder can be gone on with")]
     Thread,
@@ -53,7 +65,7 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
     let next = AtomicU64::new(before);
     let began = monotonic_ns();
     std::thread::scope(|scope| {
-        let (send, received) = mpsc::channel::<(u64, std::io::Result<Vec<Row>>)>();
+        let (send, received) = mpsc::channel::<(u64, Result<Vec<Row>, RunError>)>();
         for _ in 0..threads.max(1) {
             let (send, next, images) = (send.clone(), &next, &images);
             scope.spawn(move || {
@@ -63,7 +75,15 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
                         break;
                     };
                     let scratch = tempfile::Builder::new().prefix("trocar-study-").tempdir();
-                    let rows = scratch.map(|scratch| operate(stratum, number, images, scratch.path()));
+                    let rows = scratch.map_err(RunError::Scratch).and_then(|scratch| {
+                        let rows = operate(stratum, number, images, scratch.path());
+                        rows.map_err(|refused| RunError::Machine {
+                            stratum: stratum.name.clone(),
+                            number,
+                            step: refused.step.word(),
+                            why: refused.why,
+                        })
+                    });
                     if send.send((at, rows)).is_err() {
                         break;
                     }
@@ -89,14 +109,14 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
 /// Writes what comes, in order.
 fn gathered(
     folder: &mut Folder,
-    received: &mpsc::Receiver<(u64, std::io::Result<Vec<Row>>)>,
+    received: &mpsc::Receiver<(u64, Result<Vec<Row>, RunError>)>,
     (before, total): (u64, u64),
     began: i64,
 ) -> Result<(), RunError> {
     let mut waiting = BTreeMap::new();
     let mut told_s = 0.0;
     for (at, rows) in received {
-        waiting.insert(at, rows.map_err(RunError::Scratch)?);
+        waiting.insert(at, rows?);
         while let Some(rows) = waiting.remove(&folder.done) {
             folder.append(rows)?;
         }

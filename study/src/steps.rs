@@ -83,6 +83,17 @@ impl Refused {
     }
 }
 
+/// What the words of an error have where the machine failed, not the step: those of every error of the system, and of the loader's
+/// room for a volume.
+const OF_THE_MACHINE: [&str; 2] = ["(os error ", "MiB are free"];
+
+impl Refused {
+    /// Whether the machine failed: a full disk, a file that cannot be read. That says nothing of an operation.
+    pub(crate) fn is_of_the_machine(&self) -> bool {
+        OF_THE_MACHINE.iter().any(|words| self.why.contains(words))
+    }
+}
+
 /// The files of an operation.
 pub(crate) struct Work<'a> {
     pub(crate) stratum: &'a Stratum,

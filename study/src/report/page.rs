@@ -5,6 +5,7 @@ use std::fmt::Write;
 use picture::base64;
 
 use super::summary::{Summary, WITHIN_MM};
+use crate::images;
 use crate::plan::Plan;
 use crate::record::{Ended, Row};
 use crate::statistics::Estimate;
@@ -46,11 +47,11 @@ pub(super) fn page(plan: &Plan, summaries: &[Summary], rows: &[Row], charts: &Ch
 }
 
 fn what(plan: &Plan) -> String {
-    let images: u64 = plan.strata.iter().map(|stratum| stratum.dials.ct.images).sum();
+    let images = images::count(plan);
     format!(
         "{} operations in {} strata of {}, hash {}. In silico throughout: patient, scanner, localizer and operator are simulated, and the \
-         truth is the simulator's. {images} examinations were made; operations of a stratum share them in turn. All else is made anew for \
-         each operation.",
+         truth is the simulator's. {images} different examinations are used: operations of a stratum share them in turn, and so do strata whose CTs \
+         are of the same numbers. All else is made anew for each operation. Tables tell of what was not refused.",
         plan.operations(),
         plan.strata.len(),
         plan.files.join(", "),
@@ -99,8 +100,9 @@ fn coverage(summaries: &[Summary]) -> String {
     let row = |s: &Summary| {
         let (nees, [low, high]) = s.nees;
         let word = match s.keeps_its_word() {
-            true => plain("kept"),
-            false => bad("NOT KEPT"),
+            None => plain("nothing predicted"),
+            Some(true) => plain("kept"),
+            Some(false) => bad("NOT KEPT"),
         };
         vec![
             plain(&s.name),
@@ -111,7 +113,10 @@ fn coverage(summaries: &[Summary]) -> String {
                 true => bad(format!("{nees:.2}")),
                 false => plain(format!("{nees:.2}")),
             },
-            plain(format!("{low:.2} to {high:.2}")),
+            match high.is_finite() {
+                true => plain(format!("{low:.2} to {high:.2}")),
+                false => plain(""),
+            },
             word,
         ]
     };
@@ -148,6 +153,7 @@ fn ways(summaries: &[Summary]) -> String {
     let head = [
         "stratum",
         "arrived",
+        "of these with the tip outside the target",
         "given up",
         "refused",
         "time to the target, median, s",
@@ -157,6 +163,10 @@ fn ways(summaries: &[Summary]) -> String {
         vec![
             plain(&s.name),
             plain(s.lines[1]),
+            match s.false_arrivals {
+                0 => plain(0),
+                many => bad(many),
+            },
             plain(s.lines[2]),
             plain(s.lines[3]),
             length(s.time_s),
@@ -220,7 +230,11 @@ fn worst(rows: &[Row]) -> String {
         cells.extend(row.links.map(|[found, _]| plain(format!("{found:.2}"))));
         cells
     };
-    section("The worst", &head, known.iter().take(WORST).map(row))
+    section(
+        "The worst of what was not refused",
+        &head,
+        known.iter().take(WORST).map(row),
+    )
 }
 
 fn limits() -> String {

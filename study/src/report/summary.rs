@@ -36,6 +36,8 @@ pub struct Summary {
     pub nees: (f64, [f64; 2]),
     /// From the true tip to the target: median and 95 of 100, mm.
     pub miss_mm: [Estimate; 2],
+    /// Lines that arrived with the true tip outside of the target: ON TARGET was false.
+    pub false_arrivals: usize,
     /// Median time to the target, s.
     pub time_s: Estimate,
     /// Share of the pictures without a pose.
@@ -49,8 +51,8 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of a stratum's lines.
-    pub fn of(name: &str, rows: &[&Row]) -> Self {
+    /// Of a stratum's lines; its targets have this radius, mm.
+    pub fn of(name: &str, rows: &[&Row], radius_mm: f64) -> Self {
         let known: Vec<&Row> = rows
             .iter()
             .filter(|row| row.ended != Ended::Refused && row.is_within().is_some())
@@ -92,6 +94,10 @@ impl Summary {
             in_ellipsoid: part(&|row| row.nees <= CHI_SQUARE_95),
             nees: (mean(known.iter().map(|row| row.nees)), nees_bounds(n)),
             miss_mm: ends(&misses),
+            false_arrivals: rows
+                .iter()
+                .filter(|row| row.ended == Ended::Arrived && row.miss_mm > radius_mm)
+                .count(),
             time_s: quantile(&times, 0.5, n),
             lost: pictures(1) / pictures(0),
             links: std::array::from_fn(|link| [0, 1].map(|which| rms(known.iter().map(|row| row.links[link][which])))),
@@ -101,10 +107,13 @@ impl Summary {
         }
     }
 
-    /// Whether the predicted radius keeps its word as far as this many operations can tell: the interval of the covered share
-    /// does not end below 95 %.
-    pub fn keeps_its_word(&self) -> bool {
-        self.covered.interval[1] >= LEVEL
+    /// Whether the prediction keeps its word as far as this many operations can tell: neither the interval of the share within the ball
+    /// nor that within the ellipsoid ends below 95 %, and errors are not larger than the covariance (NEES). The ball alone is too wide
+    /// to tell. `None` where nothing was predicted.
+    pub fn keeps_its_word(&self) -> Option<bool> {
+        let shares = [self.covered, self.in_ellipsoid];
+        let holds = shares.iter().all(|share| share.interval[1] >= LEVEL);
+        (self.approached > 0).then_some(holds && self.nees.0 <= self.nees.1[1])
     }
 }
 

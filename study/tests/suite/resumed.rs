@@ -97,16 +97,19 @@ fn a_folder_of_something_else_is_refused_by_name() {
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, words) in [
         (
-            "\"version\": 1",
             "\"version\": 2",
-            "found format \"trocar-study\", version 2",
+            "\"version\": 3",
+            "found format \"trocar-study\", version 3",
         ),
-        ("trocar-study", "other", "found format \"other\", version 1"),
+        ("trocar-study", "other", "found format \"other\", version 2"),
         ("{", "", "found trailing characters"),
     ] {
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
         assert!(refused().contains(words), "{}", refused());
     }
+    let by_another = text.replacen("\"program\": \"", "\"program\": \"0.0.1 ", 1);
+    fs::write(&about, by_another).unwrap();
+    assert!(refused().contains("was begun by program 0.0.1 "), "{}", refused());
     fs::write(&about, &text).unwrap();
     let mut other = six();
     other.hash = "0123456789abcdef0123".to_owned();
@@ -142,4 +145,21 @@ fn two_programs_do_not_write_one_folder() {
     held.lock().unwrap();
     let error = run(&six(), folder.path(), 1).unwrap_err().to_string();
     assert!(error.contains("another program is working in this folder"), "{error}");
+}
+
+/// A disk that fails says nothing of an operation: there is no line of it, and the study goes on once the disk is well.
+#[test]
+fn what_the_machine_cannot_is_no_refusal() {
+    let folder = tempfile::tempdir().unwrap();
+    let images = folder.path().join("images");
+    let none = six();
+    assert!(run(&study::plan::Plan { strata: Vec::new(), ..none.clone() }, folder.path(), 1).is_ok());
+    // A file in the place of a folder.
+    fs::write(&images, "").unwrap();
+    let error = run(&none, folder.path(), 1).unwrap_err().to_string();
+    assert!(error.contains("ct: ") && error.contains("os error"), "{error}");
+    assert_eq!(lines(folder.path()).lines().count(), 1);
+    fs::remove_file(&images).unwrap();
+    run(&none, folder.path(), 1).unwrap();
+    assert_eq!(lines(folder.path()), unbroken());
 }
