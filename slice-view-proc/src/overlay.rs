@@ -148,6 +148,7 @@ impl Overlay<'_> {
             self.tube(canvas, pose);
         }
         self.model_frame(canvas);
+        self.wordless_frame(canvas);
         if let Some((colour, width)) = self.frame() {
             canvas.border(colour, width);
         }
@@ -192,8 +193,6 @@ impl Overlay<'_> {
         let colour = match self.notice {
             Notice::Lost(..) => palette::ALARM,
             _ if wordless && !self.origin.warning().is_empty() => palette::ALARM,
-            // Without the word REPLAY the violet is of less use than that organs are not where the image shows them.
-            _ if wordless && self.tissue_alarm().is_some() => palette::WARN,
             Notice::Stale(_) => palette::WARN,
             Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,

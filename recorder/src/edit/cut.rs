@@ -255,6 +255,38 @@ mod tests {
         ));
     }
 
+    /// Of a run in simulated time: the mesh was written down by a clock that is far ahead.
+    #[test]
+    fn organs_at_rest_are_in_every_stretch_and_each_once() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [input, out] = ["s.mcap", "cut.mcap"].map(|name| tmp.path().join(name));
+        let mut log = testing::log(0, 0);
+        for id in [5, 5, 6] {
+            let header = bus::message::TissueMeshHeader {
+                mesh_id: [id; 32],
+                ..Default::default()
+            };
+            let mesh = MeshFrame {
+                header,
+                bytes: vec![id],
+            };
+            log.put(Entry::TissueMesh(&proto::TissueMesh::of(i64::MAX / 2, &mesh)))
+                .unwrap();
+        }
+        for seq in 0..60 {
+            log.pose(crate::wire::schema::Source::Tool, &testing::pose(seq))
+                .unwrap();
+        }
+        fs::write(&input, log.finish().unwrap().into_inner()).unwrap();
+        let [from_ns, to_ns] = [20, 40].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
+        cut(&input, Stretch { from_ns, to_ns }, &out, false).unwrap();
+        let found = crate::read::seek::Session::open(&out).unwrap().meshes().unwrap();
+        let ids: Vec<u8> = found.messages.iter().map(|mesh| mesh.header.mesh_id[0]).collect();
+        assert_eq!(ids, [5, 6]);
+        let count = crate::read::info::info(&out).unwrap().tally.topics[TISSUE_MESH].messages;
+        assert_eq!(count, 2, "the file holds each once");
+    }
+
     #[test]
     fn a_stretch_without_anything_is_refused_with_what_there_is() {
         let tmp = tempfile::tempdir().unwrap();

@@ -210,7 +210,7 @@ impl TryFrom<&ToolPose> for message::ToolPose {
     }
 }
 
-fn values<const N: usize>(seq: u64, field: &'static str, found: &[f64]) -> Result<[f64; N], DecodeError> {
+fn values<T: Copy, const N: usize>(seq: u64, field: &'static str, found: &[T]) -> Result<[T; N], DecodeError> {
     found.try_into().map_err(|_| DecodeError::Length {
         seq,
         field,

@@ -41,7 +41,11 @@ fn drawn(notice: Notice, origin: Origin) -> Canvas {
 
 /// How many pixels have the colour of replays.
 fn replay_pixels(canvas: &Canvas) -> usize {
-    let Rgb(r, g, b) = palette::REPLAY;
+    pixels_of(canvas, palette::REPLAY)
+}
+
+/// How many pixels have this colour.
+fn pixels_of(canvas: &Canvas, Rgb(r, g, b): Rgb) -> usize {
     canvas
         .rgba()
         .chunks_exact(4)
@@ -392,6 +396,30 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
             Overlay { tissue, ..*overlay }.tissue_alarm()
         });
         assert_eq!(alarm.is_some_and(|words| words.contains("SHOWN AT REST")), is_said);
+    }
+    // Where there is no room for words, a replay keeps its own colour, and says by another line that organs are at rest.
+    for (shown, is_said) in [(TissueShown::Late, true), (TissueShown::Settled, false)] {
+        let counts = of_targets(None, |overlay| {
+            let view = &View {
+                size: [96, 96],
+                ..overlay.view.clone()
+            };
+            let tissue = crate::tissue::Tissues {
+                shown,
+                ..crate::tissue::Tissues::default()
+            };
+            let small = Overlay {
+                view,
+                tissue,
+                notice: Notice::Live,
+                origin: Origin::Recording,
+                ..*overlay
+            };
+            let mut canvas = Canvas::new(96, 96);
+            small.draw(&mut canvas);
+            [palette::REPLAY, palette::WARN].map(|colour| pixels_of(&canvas, colour))
+        });
+        assert!(counts[0] > 0 && (counts[1] > 0) == is_said, "{shown:?} {counts:?}");
     }
     let (held, _) = words(TissueShown::Late, Notice::Requested, None);
     assert!(held.contains("NO TISSUE OF THIS POSE"), "{held}");

@@ -21,18 +21,32 @@ impl Overlay<'_> {
         if !self.shows_model() {
             return;
         }
-        let [width, height] = self.view.size.map(f64::from);
-        let line = Line::solid(palette::WORDS, (LINE * self.unit()) as f32);
-        for inset in [0.5 * LINE * self.unit(), INSET * self.unit()] {
-            let corners = [
-                [inset, inset],
-                [width - inset, inset],
-                [width - inset, height - inset],
-                [inset, height - inset],
-                [inset, inset],
-            ];
-            canvas.polyline(&corners, line);
+        for inset in [0.5 * LINE, INSET] {
+            self.inner_line(canvas, inset, Line::solid(palette::WORDS, (LINE * self.unit()) as f32));
         }
+    }
+
+    /// A line within the frame of a moving replay that has no room for words: what it would say of the tissue. The frame itself says that
+    /// it is a replay.
+    pub(super) fn wordless_frame(&self, canvas: &mut Canvas) {
+        if !self.has_words() && self.is_moving_replay() && self.tissue_alarm().is_some() {
+            // Two pixels: a thinner line has hardly its colour on so small an image.
+            self.inner_line(canvas, INSET, Line::solid(palette::WARN, 2.0));
+        }
+    }
+
+    /// A line around the image, so far from its rim, pixels of 512.
+    fn inner_line(&self, canvas: &mut Canvas, inset: f64, line: Line) {
+        let [width, height] = self.view.size.map(f64::from);
+        let inset = inset * self.unit();
+        let corners = [
+            [inset, inset],
+            [width - inset, inset],
+            [width - inset, height - inset],
+            [inset, height - inset],
+            [inset, inset],
+        ];
+        canvas.polyline(&corners, line);
     }
 
     /// Whether a target that is drawn lies in an organ that is shown moved: it is where it was, and so is its distance.

@@ -53,6 +53,29 @@ fn state(mesh_id: [u8; 32]) -> TissueHeader {
     }
 }
 
+/// Whoever joins late may be given the state first; and a mesh may come between the look for meshes and that for states.
+#[test]
+fn a_state_that_comes_before_its_mesh_waits_for_it() {
+    let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+    let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+    let bus = Bus::join(&run).unwrap();
+    let meshes = HeadedPublisher::<TissueMeshHeader, u8>::open(&bus, &TISSUE_MESH, 4096).unwrap();
+    let sent = HeadedPublisher::<TissueHeader, f32>::open(&bus, &TISSUE, 81).unwrap();
+    let states = states(&bus).unwrap();
+    let mut tissue = Tissue::open(&bus, 5.0, 50_000_000).unwrap();
+    let (header, bytes) = mesh("kidney", HASH);
+    sent.send(state(header.mesh_id), &[1.0; 81]).unwrap();
+    assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
+    assert!(!tissue.has(&pose()));
+    meshes.send(header, &bytes).unwrap();
+    assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
+    assert!(tissue.has(&pose()));
+    // The same mesh again, as for another late joiner, takes no state away.
+    meshes.send(header, &bytes).unwrap();
+    assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
+    assert!(tissue.has(&pose()));
+}
+
 #[test]
 fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
     let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();

@@ -253,6 +253,14 @@ mod tests {
             )
             .contains("quaternion")
         );
+        // 55 nodes of two cubes: more than there can be.
+        let mut many = bytes.clone();
+        many[32..36].copy_from_slice(&55_u32.to_le_bytes());
+        assert!(
+            why(header, &many).contains("no more than 27 a cube"),
+            "{}",
+            why(header, &many)
+        );
         for (at, what) in [
             (32, "nodes"),
             (36, "cubes"),

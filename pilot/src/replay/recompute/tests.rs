@@ -51,6 +51,43 @@ const FILES: &str = "[tracker.calibration]\nfile = \"tool.json\"\nmarker = \"bal
                      [tracker.registration]\nfile = \"r/patient.json\"\n";
 
 #[test]
+fn states_of_tissue_are_made_again_of_a_scene_that_has_some_and_at_no_other_speed() {
+    let refused = Recompute::tissue(Path::new("/d/s.mcap"), &mut scene(""))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("/d/s.mcap was recorded in a scene without [tissue]"),
+        "{refused}"
+    );
+    let source = raw::parse("[tissue]\norgans = \"o.toml\"", Path::new("/d/scene.toml"));
+    let mut scene = source.unwrap().scene;
+    let found = Recompute::tissue(Path::new("/d/s.mcap"), &mut scene).unwrap();
+    assert!(found.frames.is_none() && scene.recording.is_some());
+    let with = |more: &[&str]| Line::try_parse_from([&["pilot", "s.mcap", "--recompute-tissue"], more].concat());
+    assert_eq!(with(&[]).unwrap().args.speed, "max");
+    assert!(with(&["--loop"]).is_err() && with(&["--recompute"]).is_err());
+    let slow = super::super::prepare(&with(&["--speed", "1", "--out", "/nowhere/o"]).unwrap().args);
+    let words = slow.map(|_| ()).unwrap_err().to_string();
+    assert!(words.contains("--recompute-tissue --speed 1"), "{words}");
+}
+
+/// What is said of states that differ, or were not made.
+#[test]
+fn states_that_are_not_the_recorded_ones_are_a_problem() {
+    let tissue = Recompute::default();
+    let of = |text: &str| tissue.tissue_problem(Some(&serde_json::from_str(text).unwrap()));
+    assert_eq!(
+        of(r#"{"tissue": {"common": 9, "identical": 9, "alone": [0, 0]}}"#),
+        None
+    );
+    let words = of(r#"{"tissue": {"common": 9, "identical": 7, "alone": [3, 0]}}"#).unwrap();
+    assert!(
+        words.starts_with("2 states") && words.contains("and 3 were not made again"),
+        "{words}"
+    );
+}
+
+#[test]
 fn the_recordings_own_files_are_taken_where_the_command_line_names_none() {
     let mut scene = scene(&format!("{ROOM}{FILES}"));
     let facts = facts(&[("tool.json", "{}"), ("report.json", "[]")]);

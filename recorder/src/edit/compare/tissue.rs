@@ -92,8 +92,8 @@ impl Tissue {
             self.other_mesh += 1;
             return;
         }
-        let places = |state: &TissueFrame| state.nodes.as_chunks::<3>().0.to_vec();
-        for (a, b) in places(one).iter().zip(&places(other)) {
+        let [a, b] = [one, other].map(|state| state.nodes.as_chunks::<3>().0);
+        for (a, b) in a.iter().zip(b) {
             let [x, y, z] = std::array::from_fn(|k| f64::from(b[k]) - f64::from(a[k]));
             let apart = x.hypot(y).hypot(z);
             // Also where one of them is no number.
@@ -129,8 +129,8 @@ fn is_same(one: &TissueFrame, other: &TissueFrame) -> bool {
             .collect();
         (h.mesh_id, h.factor, h.state, h.steps, all)
     };
-    let bits = |state: &TissueFrame| state.nodes.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-    numbers(one) == numbers(other) && bits(one) == bits(other)
+    let [a, b] = [one, other].map(|state| state.nodes.iter().map(|x| x.to_bits()));
+    numbers(one) == numbers(other) && a.eq(b)
 }
 
 impl std::fmt::Display for Tissue {

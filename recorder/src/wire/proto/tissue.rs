@@ -2,7 +2,7 @@
 
 use bus::message::{TissueHeader, TissueMeshHeader};
 
-use super::DecodeError;
+use super::{DecodeError, values};
 use crate::wire::schema::{TISSUE_MESH_SCHEMA, TISSUE_SCHEMA};
 
 /// A state of the bus in memory.
@@ -127,7 +127,7 @@ impl TryFrom<TissueState> for TissueFrame {
     fn try_from(state: TissueState) -> Result<Self, DecodeError> {
         let seq = state.seq;
         let [residual, unsettled_mm, left_mm, depth_mm, least_determinant, energy] =
-            array(seq, "certificate", &state.certificate)?;
+            values(seq, "certificate", &state.certificate)?;
         let (nodes, rest) = state.nodes.as_chunks::<4>();
         if !rest.is_empty() {
             return Err(DecodeError::Length {
@@ -143,13 +143,13 @@ impl TryFrom<TissueState> for TissueFrame {
             t_capture_ns: state.t_capture_ns,
             t_publish_ns: state.t_publish_ns,
             registration_id: state.registration_id,
-            mesh_id: array(seq, "mesh_id", &state.mesh_id)?,
+            mesh_id: values(seq, "mesh_id", &state.mesh_id)?,
             factor: state.factor,
             residual,
             unsettled_mm,
             left_mm,
-            force: array(seq, "force", &state.force)?,
-            moment: array(seq, "moment", &state.moment)?,
+            force: values(seq, "force", &state.force)?,
+            moment: values(seq, "moment", &state.moment)?,
             depth_mm,
             least_determinant,
             energy,
@@ -184,10 +184,10 @@ impl TryFrom<TissueMesh> for MeshFrame {
     fn try_from(mesh: TissueMesh) -> Result<Self, DecodeError> {
         // A mesh has no number.
         let header = TissueMeshHeader {
-            mesh_id: array(0, "mesh_id", &mesh.mesh_id)?,
-            volume_hash: array(0, "volume_hash", &mesh.volume_hash)?,
-            q: array(0, "q", &mesh.q)?,
-            t_mm: array(0, "t_mm", &mesh.t_mm)?,
+            mesh_id: values(0, "mesh_id", &mesh.mesh_id)?,
+            volume_hash: values(0, "volume_hash", &mesh.volume_hash)?,
+            q: values(0, "q", &mesh.q)?,
+            t_mm: values(0, "t_mm", &mesh.t_mm)?,
             organs: mesh.organs,
         };
         Ok(Self {
@@ -195,15 +195,6 @@ impl TryFrom<TissueMesh> for MeshFrame {
             bytes: mesh.data,
         })
     }
-}
-
-fn array<T: Copy, const N: usize>(seq: u64, field: &'static str, found: &[T]) -> Result<[T; N], DecodeError> {
-    found.try_into().map_err(|_| DecodeError::Length {
-        seq,
-        field,
-        expected: N,
-        found: found.len(),
-    })
 }
 
 /// The state in the bytes of a recorded `trocar.TissueState`.

@@ -15,6 +15,12 @@ fn values_are_those_of_the_search() {
             for _ in 0..20 {
                 let x = numbers.vector() * (3.0 * size);
                 let (found, searched) = (shape.tube.signed_distance(&x).value, shape.value(&x));
+                // The value alone, within the same bound.
+                let alone = shape.tube.distance(&x);
+                assert!(
+                    (alone - searched).abs() < 160.0 * f64::EPSILON * size,
+                    "{size} {seed}: {alone}"
+                );
                 assert!(
                     (found - searched).abs() < 160.0 * f64::EPSILON * size,
                     "{size} {seed}: {found} {searched}"
