@@ -209,6 +209,8 @@ mod cost_tests;
 #[cfg(test)]
 mod geometry_tests;
 #[cfg(test)]
+mod moved_tests;
+#[cfg(test)]
 mod placement_tests;
 #[cfg(test)]
 mod tests;

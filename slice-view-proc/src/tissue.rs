@@ -33,6 +33,12 @@ pub struct Tissues<'a> {
 }
 
 impl Tissues<'_> {
+    /// Where an image has a place of the patient: where it is at rest, but for one in an organ that is shown moved.
+    pub fn place(&self, at_rest: Point<Ct>) -> Point<Ct> {
+        let moved = self.moved.and_then(|moved| moved.place(at_rest));
+        moved.unwrap_or(at_rest)
+    }
+
     /// Organs that cannot be drawn where a state has them.
     pub(crate) fn refused() -> Self {
         Self {
@@ -134,10 +140,13 @@ impl Shapes {
 }
 
 impl Moved<'_> {
-    /// Whether a place of the patient is in an organ that is shown moved, at rest.
-    pub fn holds(&self, place: Point<Ct>) -> bool {
-        let own = (self.shapes.ct_from_model.inverse() * place).mm();
-        self.shapes.organs.iter().any(|shape| shape.region().at(own) < 0.0)
+    /// Where the model has a place of the patient that lies in an organ at rest; `None` for one that lies in none.
+    pub fn place(&self, at_rest: Point<Ct>) -> Option<Point<Ct>> {
+        let own = (self.shapes.ct_from_model.inverse() * at_rest).mm();
+        let organs = self.organs();
+        let organ = organs.iter().find(|organ| organ.shape.region().at(own) < 0.0)?;
+        let [x, y, z] = organ.shape.moved(organ.places, own)?;
+        Some(self.shapes.ct_from_model * Point::new(x, y, z))
     }
 
     /// The organs with the places of their nodes.

@@ -26,8 +26,25 @@ fn scene(world: &World) -> std::path::PathBuf {
         // A busy machine makes some states a second: a model that is left behind by 30 mm would rightly refuse the tube.
         .replace("insert_s = 8.0", "insert_s = 40.0")
         .replace("noise_mm = 0.05", "noise_mm = 0.0")
-        .replace("noise_deg = 0.01", "noise_deg = 0.0");
+        .replace("noise_deg = 0.01", "noise_deg = 0.0")
+        .replace(
+            "[recording]",
+            &format!(
+                "[[targets]]\nname = \"in the kidney\"\nct_mm = {:?}\n\n[recording]",
+                in_the_kidney().mm()
+            ),
+        );
     world.file("tissue.toml", &text)
+}
+
+/// A place of the kidney above the target that the tube goes to, a few millimetres within its lower pole.
+fn in_the_kidney() -> Point<Ct> {
+    let patient = Phantom::new(1);
+    let mut above = (0..200).map(|k| Point::new(65.2, 38.0, 77.7 + 0.25 * f64::from(k)));
+    let surface = above.find(|at| patient.structure(*at) == phantom::structure::KIDNEY_LEFT);
+    let place = surface.unwrap() + geometry::Vector::new(0.0, 0.0, 5.0);
+    assert_eq!(patient.structure(place), phantom::structure::KIDNEY_LEFT);
+    place
 }
 
 struct Rig {
@@ -114,6 +131,23 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
     assert_eq!((state.pose_seq, state.t_capture_ns), (stamp.seq, stamp.t_capture_ns));
     assert_eq!(stamp.tissue_mesh.to_be_bytes()[..], rig.mesh.0.mesh_id[..8]);
     check_pixels(&frame, &rig.mesh.1, places);
+
+    // A target in the organ goes with it; one beside it stays.
+    let beside = stamp.target_mm;
+    assert!(beside != [0.0; 3] && stamp.target_shown_mm == beside);
+    let said = world.output("pilot", &["choose", "in the kidney"]);
+    assert!(said.status.success(), "{}", crate::support::stderr(&said));
+    let frame = rig.image("an image of the target in the kidney", |stamp, state| {
+        stamp.target_mm == in_the_kidney().mm() && pushed(stamp, state)
+    });
+    let stamp = frame.header().stamp;
+    let wanted = moved(&rig.mesh.1, &rig.came[&stamp.tissue_seq].1, in_the_kidney())
+        .unwrap()
+        .mm();
+    let off = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+    // The same sums in another order.
+    assert!(off(stamp.target_shown_mm, wanted) < 1e-6, "{stamp:?}: {wanted:?}");
+    assert!(off(stamp.target_shown_mm, stamp.target_mm) > 1.0, "{stamp:?}");
 
     // A person may want the examination as it was taken, and back.
     for (wish, shown) in [("rest", TissueShown::Rigid), ("moved", TissueShown::Settled)] {

@@ -13,7 +13,7 @@ mod steps;
 pub use cells::{Cell, cells};
 pub use facts::{Facts, facts};
 pub use replay::{ReplayModel, at_ns, replay};
-pub use sight::{Aimed, aimed};
+pub use sight::{Aimed, Whereabouts, aimed};
 pub use state::{ScreenState, Tone, state};
 pub use steps::{Rung, StepsModel, steps};
 

@@ -97,7 +97,7 @@ impl Overlay<'_> {
     /// The targets near the plane that the image shows: the cut where the plane meets one, else its outline.
     pub(super) fn outlines(&self) -> impl Iterator<Item = Outline<'_>> {
         let outlines = self.targets.iter().map(|target| {
-            let circle = self.circle(target.centre, target.diameter_mm / 2.0);
+            let circle = self.circle(self.place(target.centre), target.diameter_mm / 2.0);
             let ring = if self.is_chosen(target) {
                 RING * self.unit()
             } else {
@@ -118,7 +118,7 @@ impl Overlay<'_> {
         self.chosen.is_some_and(is_it)
     }
 
-    fn is_seen(&self, outline: &Circle) -> bool {
+    pub(super) fn is_seen(&self, outline: &Circle) -> bool {
         let [width, height] = self.plane.size().map(f64::from);
         let ([x, y], r) = (outline.at, outline.radius_px);
         let is_near = self.is_surface() || outline.depth_mm.abs() <= NEAR_PLANE_MM;
@@ -126,7 +126,7 @@ impl Overlay<'_> {
     }
 
     /// A ball on the image.
-    fn circle(&self, centre: Point<Ct>, radius: f64) -> Circle {
+    pub(super) fn circle(&self, centre: Point<Ct>, radius: f64) -> Circle {
         let at = self.plane.project(centre);
         // On a surface a ball is seen whole, wherever it is.
         let depth_mm = if self.is_surface() { 0.0 } else { at.depth_mm };
@@ -142,6 +142,7 @@ impl Overlay<'_> {
     }
 
     pub(super) fn draw_outlines(&self, canvas: &mut Canvas) {
+        self.draw_places_at_rest(canvas);
         for Outline { circle: outline, .. } in self.outlines() {
             let line = self.line(palette::TARGET, 1.5, !outline.cut);
             canvas.circle(outline.at, outline.radius_px, line);
@@ -152,7 +153,7 @@ impl Overlay<'_> {
     /// scene has no target in that place.
     pub(super) fn ring_chosen(&self, canvas: &mut Canvas) {
         let Some(chosen) = self.chosen else { return };
-        let outline = self.circle(chosen.centre, chosen.radius_mm);
+        let outline = self.circle(self.place(chosen.centre), chosen.radius_mm);
         if !self.is_seen(&outline) {
             return;
         }

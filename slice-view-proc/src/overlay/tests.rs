@@ -356,7 +356,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
             && frame.is_none()
     );
     for (shown, said) in [
-        (TissueShown::Approximate, "MODEL NOT SETTLED, TARGETS AT REST"),
+        (TissueShown::Approximate, "MODEL NOT SETTLED"),
         (TissueShown::Late, "TISSUE LATE 123\u{a0}ms: ORGANS AT REST"),
         (TissueShown::CatchingUp, "TISSUE CATCHING UP: ORGANS AT REST"),
         (TissueShown::Refused, "TISSUE REFUSED: ORGANS AT REST"),
@@ -365,37 +365,6 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
         let (found, frame) = live(shown);
         assert!(found.contains(said), "{found}");
         assert_eq!(frame, Some(palette::WARN), "{said}");
-    }
-    // A target in an organ that is shown moved is where it was, and the image says so.
-    let around = |low: f64| {
-        let cube = crate::warp::Cube {
-            low: [low; 3],
-            side: 10.0,
-            nodes: std::array::from_fn(|k| k as u32),
-        };
-        let region = crate::warp::Region::new([low; 3], 10.0, [2; 3], vec![-1.0; 8]).unwrap();
-        let shape = crate::warp::Shape::new(&[cube], 27, region, 5.0).unwrap();
-        crate::tissue::Shapes {
-            organs: vec![shape],
-            ..self::shapes()
-        }
-    };
-    for (low, is_said) in [(46.0, true), (80.0, false)] {
-        let shapes = around(low);
-        let alarm = of_targets(None, |overlay| {
-            let tissue = crate::tissue::Tissues {
-                shown: TissueShown::Settled,
-                moved: Some(crate::tissue::Moved {
-                    shapes: &shapes,
-                    places: &[],
-                }),
-                late_ns: None,
-                seq: 1,
-                force_n: None,
-            };
-            Overlay { tissue, ..*overlay }.tissue_alarm()
-        });
-        assert_eq!(alarm.is_some_and(|words| words.contains("SHOWN AT REST")), is_said);
     }
     // Where there is no room for words, a replay keeps its own colour, and says by another line that organs are at rest.
     for (shown, is_said) in [(TissueShown::Late, true), (TissueShown::Settled, false)] {

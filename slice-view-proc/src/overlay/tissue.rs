@@ -2,6 +2,7 @@
 
 use bus::clock;
 use bus::message::TissueShown;
+use geometry::{Ct, Point};
 use picture::{Canvas, Line, palette};
 
 use super::Overlay;
@@ -9,6 +10,9 @@ use super::Overlay;
 /// The inner line of the double frame, from the image's rim, and how wide both are; pixels of 512.
 const INSET: f64 = 11.0;
 const LINE: f64 = 2.0;
+/// Half the cross where a target is at rest, and the least way from there to where it is that is drawn, pixels of 512.
+const CROSS: f64 = 4.0;
+const LEAST_AWAY: f64 = 3.0;
 
 impl Overlay<'_> {
     /// Whether organs are shown where a model has them.
@@ -49,13 +53,30 @@ impl Overlay<'_> {
         canvas.polyline(&corners, line);
     }
 
-    /// Whether a target that is drawn lies in an organ that is shown moved: it is where it was, and so is its distance.
-    fn has_target_inside(&self) -> bool {
+    /// Where this image has a place: overviews have all at rest.
+    pub(super) fn place(&self, at_rest: Point<Ct>) -> Point<Ct> {
+        match self.shows_model() {
+            true => self.tissue.place(at_rest),
+            false => at_rest,
+        }
+    }
+
+    /// A small cross where a target is at rest, near the plane, and a thin line from there to where the model has it.
+    pub(super) fn draw_places_at_rest(&self, canvas: &mut Canvas) {
         let chosen = self.chosen.map(|chosen| chosen.centre);
-        let mut places = self.targets.iter().map(|target| target.centre).chain(chosen);
-        self.tissue
-            .moved
-            .is_some_and(|moved| places.any(|place| moved.holds(place)))
+        for at_rest in self.targets.iter().map(|target| target.centre).chain(chosen) {
+            let (from, to) = (self.circle(at_rest, 0.0), self.circle(self.place(at_rest), 0.0));
+            let away = (to.at[0] - from.at[0]).hypot(to.at[1] - from.at[1]);
+            // Nearer the cross would fill the circle about the moved place.
+            if away < LEAST_AWAY * self.unit() || !self.is_seen(&from) {
+                continue;
+            }
+            let ([x, y], r) = (from.at, CROSS * self.unit());
+            let line = self.line(palette::TARGET, 1.0, false);
+            canvas.line([x - r, y - r], [x + r, y + r], line);
+            canvas.line([x - r, y + r], [x + r, y - r], line);
+            canvas.line(from.at, to.at, line);
+        }
     }
 
     /// What a person must be told of the tissue.
@@ -65,9 +86,8 @@ impl Overlay<'_> {
             return Some("ORGANS AT REST".to_owned());
         }
         Some(match self.tissue.shown {
-            TissueShown::Settled if self.has_target_inside() => "TARGETS IN THE ORGAN ARE SHOWN AT REST".to_owned(),
             TissueShown::None | TissueShown::Settled => return None,
-            TissueShown::Approximate => "MODEL NOT SETTLED, TARGETS AT REST".to_owned(),
+            TissueShown::Approximate => "MODEL NOT SETTLED".to_owned(),
             TissueShown::Late => match self.tissue.late_ns {
                 Some(late) => format!("TISSUE LATE {:.0}\u{a0}ms: ORGANS AT REST", clock::ms(late)),
                 None => "NO TISSUE OF THIS POSE: ORGANS AT REST".to_owned(),

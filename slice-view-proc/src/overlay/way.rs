@@ -116,7 +116,9 @@ impl Overlay<'_> {
     /// ahead, else where the image does.
     pub(super) fn path(&self, pose: Rigid<Ct, Tool>) -> (Way, f64) {
         let (tip, axis) = (pose * Point::<Tool>::new(0.0, 0.0, 0.0), pose * Direction::<Tool>::Z);
-        let to_target = self.chosen.map(|chosen| (chosen.centre - tip).dot(axis.vector()));
+        let to_target = self
+            .chosen
+            .map(|chosen| (self.place(chosen.centre) - tip).dot(axis.vector()));
         let end = to_target.filter(|mm| *mm > 0.0).unwrap_or(f64::INFINITY);
         (Way::of(self.plane, tip, axis), end)
     }

@@ -452,10 +452,16 @@ impl Overlay<'_> {
         self.caption(text, 12.0, palette::TARGET, spots)
     }
 
-    /// The target that a person chose and the distance from the tip to its centre. No other takes its place, however near.
+    /// The target that a person chose and the distance from the tip to its centre: where the model has it, and where it was, where an organ moves it. No
+    /// other takes its place, however near.
     fn chosen_words(&self) -> Option<String> {
         let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
-        Some(format!("{} {:.1} mm", chosen.name, chosen.centre.distance(tip)))
+        let (place, name) = (self.place(chosen.centre), &chosen.name);
+        let [now, at_rest] = [place, chosen.centre].map(|place| place.distance(tip));
+        Some(match place == chosen.centre {
+            true => format!("{name} {now:.1} mm"),
+            false => format!("{name} {now:.1} mm, AT REST {at_rest:.1} mm"),
+        })
     }
 }
 

@@ -149,7 +149,11 @@ impl SliceView {
                     }
                     drawn => drop(drawn?),
                 }
-                let stamp = stamped(stamp_of(sample, &what), self.tissue.as_ref(), &what.tissue);
+                let stamp = stamped(
+                    stamp_of(sample, &what),
+                    self.tissue.as_ref(),
+                    (&what.tissue, what.chosen),
+                );
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,
                     view: output.index,

@@ -7,8 +7,9 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
-use bus::message::{FrameStamp, ToolPose, Tracked};
+use bus::message::{Chosen, FrameStamp, ToolPose, Tracked};
 use bus::process::Process;
+use geometry::{Ct, Point};
 use scene::{Plane, Scene};
 
 use super::{RunError, SliceView};
@@ -141,9 +142,16 @@ pub(super) fn shown<'a>(
     }
 }
 
-/// What a stamp says of it.
-pub(super) fn stamped(stamp: FrameStamp, tissue: Option<&Tissue>, shown: &Tissues<'_>) -> FrameStamp {
+/// What a stamp says of it, and of where it has the chosen target.
+pub(super) fn stamped(
+    stamp: FrameStamp,
+    tissue: Option<&Tissue>,
+    (shown, chosen): (&Tissues<'_>, Option<&Chosen>),
+) -> FrameStamp {
+    let target = |place: &dyn Fn(&Chosen) -> Point<Ct>| chosen.map_or([0.0; 3], |chosen| place(chosen).mm());
     FrameStamp {
+        target_mm: target(&|chosen| chosen.centre),
+        target_shown_mm: target(&|chosen| shown.place(chosen.centre)),
         tissue: shown.shown.code(),
         tissue_seq: shown.seq,
         tissue_mesh: tissue.map_or(0, Tissue::mesh),

@@ -3,6 +3,7 @@
 use super::border::{Beside, neighbours};
 use super::error::NoShape;
 use super::placed::{Held, Placed};
+use super::quadratic::{self, weights};
 use super::region::Region;
 
 /// Cubes of an organ, and nodes, at most.
@@ -14,6 +15,8 @@ const MOST_CORNERS: u64 = 1 << 23;
 const MOST_PIECES: i32 = 64;
 /// Pieces of all cubes, at most.
 const MOST_IN_ALL: u64 = 1 << 26;
+/// A place may be so far outside the nearest cube, in its sides, and goes with it.
+const MOST_OUTSIDE: f64 = 0.5;
 /// Distance of a corner of a cube from the lattice of pieces, in pieces.
 const OFF_LATTICE: f64 = 1e-6;
 
@@ -104,6 +107,30 @@ impl Shape {
     /// Where the organ is at rest.
     pub fn region(&self) -> &Region {
         &self.region
+    }
+
+    /// Where the nodes at these places have a place of the organ at rest, mm in the organ's frame. One a little outside all cubes goes with the nearest, as
+    /// cubes with hardly any tissue are left out of a mesh; `None` farther than half its side.
+    pub fn moved(&self, places: &[[f32; 3]], at: [f64; 3]) -> Option<[f64; 3]> {
+        let lattice: [f64; 3] = std::array::from_fn(|a| (at[a] - self.origin[a]) / self.piece_mm);
+        let outside = |cube: &Placed| {
+            let along = |a: usize| (lattice[a] - f64::from(cube.corner[a])) / f64::from(cube.span);
+            (0..3).map(|a| (-along(a)).max(along(a) - 1.0)).fold(0.0, f64::max)
+        };
+        // On a face that cubes share each of them has the same place.
+        let (cube, off) = self
+            .cubes
+            .iter()
+            .map(|cube| (cube, outside(cube)))
+            .min_by(|a, b| a.1.total_cmp(&b.1))?;
+        if off > MOST_OUTSIDE {
+            return None;
+        }
+        let local = [0, 1, 2].map(|a| weights((lattice[a] - f64::from(cube.corner[a])) / f64::from(cube.span)));
+        Some(quadratic::at(
+            &cube.nodes.map(|n| places[n as usize].map(f64::from)),
+            &local,
+        ))
     }
 
     fn place(&self, cube: &Cube) -> Result<Placed, String> {

@@ -5,11 +5,18 @@ use std::path::Path;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use organs::{Labels, Model, Parsed, Plan, RawSpaceScene, Way};
 use scene::Scene;
+use simulation::space::cells::Field;
 use simulation::space::frames::{Frames, Settings};
 use simulation::space::tube::Tube;
 
-/// The kidney as `config/tissue.toml` has it, with frames of these settings; and the tube's way.
-pub(crate) fn kidney(settings: &[Settings]) -> (Vec<Frames>, Way) {
+/// Places inside that are compared lie so far apart along the axes, mm.
+const APART: f64 = 2.0;
+
+/// A place inside: the nodes that move it, and their weights.
+pub(crate) type Place = Vec<(usize, f64)>;
+
+/// The kidney as `config/tissue.toml` has it, with frames of these settings; the tube's way; and places all over the inside.
+pub(crate) fn kidney(settings: &[Settings]) -> (Vec<Frames>, Way, Vec<Place>) {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
     let path = config.join("tissue.toml");
     let scene = Scene::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap();
@@ -24,11 +31,29 @@ pub(crate) fn kidney(settings: &[Settings]) -> (Vec<Frames>, Way) {
         let (way, last) = (model.way, model.way.last(&model.bodies[0].field));
         let tube = tube(&way, scene.tool.length_mm, pose(&way, 0.0, &Vector3::zeros()));
         let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
-        let a = model.system.initial();
-        (Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap(), way)
+        let (a, places) = (model.system.initial(), places(&model));
+        let frames = Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap();
+        (frames, (way, places))
     });
-    let (frames, ways): (Vec<Frames>, Vec<Way>) = made.unzip();
-    (frames, ways[0])
+    let (frames, mut rest): (Vec<Frames>, Vec<(Way, Vec<Place>)>) = made.unzip();
+    let (way, places) = rest.swap_remove(0);
+    (frames, way, places)
+}
+
+/// By the label map's own field and the mesh's polynomials, not by the points that the mesh carries.
+fn places(model: &Model) -> Vec<Place> {
+    let (field, solid) = (&model.bodies[0].field, model.system.bodies.solid(0));
+    let [low, high] = field.corners;
+    let counts = ((high - low) / APART).map(|n| n as usize);
+    let all = (0..counts.product()).map(|k| {
+        let (x, y, z) = (k % counts.x, k / counts.x % counts.y, k / (counts.x * counts.y));
+        low + Vector3::new(x as f64, y as f64, z as f64) * APART
+    });
+    let inside = all.filter(|at| field.value(at) < 0.0);
+    let shares = inside.filter_map(|at| solid.shares(&at));
+    shares
+        .map(|shares| shares.iter().map(|s| (s.node as usize, s.weight)).collect())
+        .collect()
 }
 
 /// The tube in a frame of its own: the middle of its round tip is the origin, and the handle along -z.

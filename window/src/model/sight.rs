@@ -1,8 +1,8 @@
 //! The sight on the chosen target, of the very pose that the images show.
 
 use bus::gather::PoseId;
-use bus::message::{Chosen, FrameHeader, FrameState, ToolPose, Tracked, Workflow};
-use geometry::{Direction, Point};
+use bus::message::{Chosen, FrameHeader, FrameStamp, FrameState, TissueShown, ToolPose, Tracked, Workflow};
+use geometry::{Ct, Direction, Point, checked};
 use guidance::sight::{Aim, Covariance, NoSight, Pose, Sight, SightAxes, Thresholds, ToolShape, sight};
 
 use super::state::other_recording;
@@ -13,11 +13,35 @@ const CORRIDOR_MM: f64 = 10.0;
 /// The axis may be so far off the planned direction while it advances, rad: 5 degrees.
 const ALIGN_RAD: f64 = 0.087;
 
+/// Where the target is that the sight aims at: where the image beside it has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Whereabouts {
+    /// As planned, in a run that moves no organs, or at rest outside of those that it moves.
+    Planned,
+    /// Where a model has the organ that it lies in.
+    Model,
+    /// As planned, while organs are shown at rest though the run moves them: it may be elsewhere.
+    AtRest,
+}
+
+impl Whereabouts {
+    /// What stands beside the target's name.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Planned => "",
+            Self::Model => "MODEL",
+            Self::AtRest => "ORGANS AT REST",
+        }
+    }
+}
+
 /// The sight with what it aims at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Aimed {
-    /// The target, with its entry and stop.
+    /// The target, with its entry and stop; its centre is where the image beside has it.
     pub target: Chosen,
+    /// Where that is.
+    pub whereabouts: Whereabouts,
     /// What is shown of the pose.
     pub sight: Sight,
     /// The pose that it is of.
@@ -50,12 +74,36 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
     }
     let pose = known.pose_of(&header);
     let pose = pose.ok_or("the pose of the images has not come")?;
+    let (centre, whereabouts) = shown(&header.stamp, target.centre)?;
+    let target = Chosen { centre, ..target };
     let sight = of_pose(pose, &header, &target)?;
     Ok(Aimed {
         target,
+        whereabouts,
         sight,
         pose: pose_id,
     })
+}
+
+/// Where the image of a stamp has the chosen target.
+fn shown(stamp: &FrameStamp, planned: Point<Ct>) -> Result<(Point<Ct>, Whereabouts), String> {
+    let tissue =
+        TissueShown::from_code(stamp.tissue).ok_or("what the image beside it shows of the tissue is not known")?;
+    if tissue == TissueShown::None {
+        return Ok((planned, Whereabouts::Planned));
+    }
+    if stamp.target_mm != planned.mm() {
+        return Err("the image beside it does not show this target yet".to_owned());
+    }
+    let centre = checked::point(stamp.target_shown_mm).map_err(|e| e.to_string())?;
+    let whereabouts = match tissue {
+        TissueShown::Settled | TissueShown::Approximate if stamp.target_shown_mm != stamp.target_mm => {
+            Whereabouts::Model
+        }
+        TissueShown::Settled | TissueShown::Approximate => Whereabouts::Planned,
+        _ => Whereabouts::AtRest,
+    };
+    Ok((centre, whereabouts))
 }
 
 fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sight, String> {

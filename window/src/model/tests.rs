@@ -5,7 +5,7 @@ mod facts;
 use super::sample::{CAPTURED_NS, Sample, VOLUME, pose, workflow};
 use super::*;
 use bus::gather::PoseId;
-use bus::message::{FrameState, Lost, Tracked, VolumeHash};
+use bus::message::{FrameState, Lost, TissueShown, Tracked, VolumeHash};
 use geometry::{Direction, Point, Tool};
 use guidance::sight::Verdict;
 use guidance::workflow::Stage;
@@ -431,4 +431,47 @@ proptest! {
             prop_assert!((-100_000_000..=100_000_000).contains(&age), "{age}");
         }
     }
+}
+
+/// The sample in a run that moves organs, whose images have the target there.
+fn moved(tissue: TissueShown, by: [f64; 3]) -> Result<Aimed, String> {
+    let mut sample = sample();
+    let chosen = sample.guide.as_ref().unwrap().chosen().unwrap().unwrap();
+    let at_rest = chosen.centre.mm();
+    for header in sample.headers.iter_mut().flatten() {
+        header.stamp.tissue = tissue.code();
+        header.stamp.target_mm = at_rest;
+        header.stamp.target_shown_mm = std::array::from_fn(|a| at_rest[a] + by[a]);
+    }
+    sample.model().sight
+}
+
+#[test]
+fn the_sight_aims_where_the_image_beside_it_has_the_target_and_says_whose_place_that_is() {
+    let planned = sample().model().sight.unwrap();
+    assert_eq!(planned.whereabouts, Whereabouts::Planned);
+    let axis = (pose([0.3, 0.9, 0.1], [10.0, -5.0, 70.0]) * Direction::<Tool>::Z).vector();
+    let towards = axis.mm().map(|x| -12.0 * x);
+    let aimed = moved(TissueShown::Settled, towards).unwrap();
+    assert_eq!(aimed.whereabouts, Whereabouts::Model);
+    assert!((aimed.sight.to_go_mm - 18.0).abs() < 1e-9, "{aimed:?}");
+    // In an organ that stays where it is, or in none.
+    let still = moved(TissueShown::Settled, [0.0; 3]).unwrap();
+    assert_eq!((still.whereabouts, still.sight), (Whereabouts::Planned, planned.sight));
+    for tissue in [
+        TissueShown::Late,
+        TissueShown::CatchingUp,
+        TissueShown::Refused,
+        TissueShown::Rigid,
+    ] {
+        assert_eq!(moved(tissue, [0.0; 3]).unwrap().whereabouts, Whereabouts::AtRest);
+    }
+    assert!(moved(TissueShown::Settled, [f64::NAN, 0.0, 0.0]).is_err());
+    // A target that was chosen after the image was drawn.
+    let mut other = sample();
+    for header in other.headers.iter_mut().flatten() {
+        header.stamp.tissue = TissueShown::Settled.code();
+        header.stamp.target_mm = [1.0; 3];
+    }
+    assert!(other.model().sight.unwrap_err().contains("this target yet"));
 }

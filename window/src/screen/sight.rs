@@ -16,7 +16,7 @@ use picture::palette;
 use super::tree;
 use super::words::{Type, UNREADABLE, Words, colour, has_letters};
 use crate::colours;
-use crate::model::{Aimed, Model, Tone};
+use crate::model::{Aimed, Model, Tone, Whereabouts};
 use crate::sizes::{ADVANCE, Sizes};
 pub use dial::Dial;
 
@@ -96,13 +96,12 @@ fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
         true => &aimed.target.name,
         false => UNREADABLE,
     };
-    let title = format!("{}  {name}", aimed.sight.phase.word());
-    words.put(
-        ui,
-        rooms.title,
-        &title,
-        plain(colours::of(palette::TARGET), Align2::LEFT_CENTER),
-    );
+    let title = format!("{}  {name}  {}", aimed.sight.phase.word(), aimed.whereabouts.words());
+    let ink = match aimed.whereabouts {
+        Whereabouts::Planned | Whereabouts::Model => colours::of(palette::TARGET),
+        Whereabouts::AtRest => colour(Tone::Warning),
+    };
+    words.put(ui, rooms.title, title.trim_end(), plain(ink, Align2::LEFT_CENTER));
     readout::verdict(ui, aimed.sight.verdict, rooms.verdict, sizes, words);
     rings(ui, &rooms, sizes, words);
     aim(ui, aimed, rooms.sight, line);

@@ -16,7 +16,7 @@ use scene::{Limits, WindowLevel};
 /// Stage times are ns on the run's clock.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameStamp/3")]
+#[type_name("trocar/FrameStamp/4")]
 pub struct FrameStamp {
     /// Sequence number of the pose shown.
     pub seq: u64,
@@ -49,13 +49,18 @@ pub struct FrameStamp {
     pub tissue_seq: u64,
     /// Its mesh: the first eight bytes of its id; 0 where none is known.
     pub tissue_mesh: u64,
+    /// The chosen target's centre, mm in the CT, as it was planned, and where the image has it: elsewhere where it lies in an organ that a model has moved. Both
+    /// zero where none is chosen.
+    pub target_mm: [f64; 3],
+    /// See `target_mm`.
+    pub target_shown_mm: [f64; 3],
     /// Code of a [`super::TissueShown`]: what of the tissue the image shows.
     pub tissue: u32,
     /// Always 0.
     pub spare: u32,
 }
 
-const _: () = assert!(size_of::<FrameStamp>() == 136 && align_of::<FrameStamp>() == 8);
+const _: () = assert!(size_of::<FrameStamp>() == 184 && align_of::<FrameStamp>() == 8);
 
 /// What an image claims about the present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -170,6 +175,10 @@ impl FrameStamp {
             texts.push(("tissue_seq", self.tissue_seq.to_string()));
             texts.push(("tissue_mesh", format!("{:016x}", self.tissue_mesh)));
         }
+        if self.target_shown_mm != self.target_mm {
+            let [x, y, z] = self.target_shown_mm;
+            texts.push(("target_moved_to_mm", format!("{x:.3} {y:.3} {z:.3}")));
+        }
         texts
     }
 
@@ -264,7 +273,7 @@ impl ImagePlane {
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/4")]
+#[type_name("trocar/FrameHeader/5")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,
@@ -276,7 +285,7 @@ pub struct FrameHeader {
     pub height: u32,
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 240);
+const _: () = assert!(size_of::<FrameHeader>() == 288);
 
 impl FrameHeader {
     /// Where in the patient the pixels lie, bit for bit as the renderer placed them; `None` where no pose ever did, and nothing may be

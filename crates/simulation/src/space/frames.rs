@@ -140,7 +140,7 @@ impl Frames {
         let (start, before) = (self.now.clone(), self.force());
         match self.go(pose, parts, &start) {
             Ok(found) => {
-                let unsettled = self.unsettled(&found);
+                let unsettled = self.unsettled();
                 let found = Found { unsettled, ..found };
                 self.now.found = found;
                 let state = self.judge(pose, &found);

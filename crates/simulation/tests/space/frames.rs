@@ -8,6 +8,7 @@ mod refused;
 mod rest;
 mod slope;
 mod still;
+mod unsettled;
 
 use nalgebra::{Isometry3, Vector3};
 use simulation::control::{Newton, Settings as Control};

@@ -121,7 +121,7 @@ impl Frames {
             ..self.balance(&tube, &v)
         };
         Ok(Found {
-            unsettled: self.unsettled(&found),
+            unsettled: self.unsettled(),
             ..found
         })
     }

@@ -79,9 +79,10 @@ pub struct Frame {
     pub state: State,
     /// Free forces over the forces of contact, of the tube where it presses, or over [`super::Settings::least_force`] where those are less.
     pub residual: f64,
-    /// What further steps would move, mm: an estimate of the algebraic part of the error, by what the free forces move by the last factor without
-    /// contact, with a margin, and by the depth. It is of no other part: not of the mesh, nor of the model. **It is no bound:** on a cut kidney
-    /// nodes (those outside the organ among them) were farther from the converged state in 25 of 269 frames that pressed (docs/tissue.md).
+    /// What further steps would move the tissue, mm along an axis: an estimate of the algebraic part of the error, three times what one step more, contact
+    /// included, moves any point of a surface or inside. It is of no other part: not of the mesh, nor of the model. Infinite where there is no
+    /// such step. No bound is proved; measured beside converged states in docs/tissue.md. Nodes outside the tissue, of cubes that the surface
+    /// cuts, may move by far more.
     pub unsettled: f64,
     /// What the tissue does to the tube.
     pub force: TubeForce,

@@ -18,8 +18,10 @@ const MOST_SLOW: usize = 3;
 const ENERGY_ROUNDING: f64 = 1e-13;
 /// Up to this relative difference two energies are alike, and less free force counts.
 const ALIKE: f64 = 1e-5;
-/// What is left of a state's way is told times this: factors are a little old, and contact bends.
-const MARGIN: f64 = 2.0;
+/// The step that tells what is left is solved to this part of the tolerance and the depth, so that what it says is not that solution's own error.
+const LAST_PART: f64 = 1e-3;
+/// It is told times this: factors are a little old, and contact bends. On the shipped kidney the way to the converged state was up to 2.5 steps.
+const MARGIN: f64 = 3.0;
 /// Halvings of a step before there is none.
 const MOST_HALVINGS: i32 = 10;
 
@@ -144,14 +146,19 @@ impl Frames {
         (free, scale.max(self.least_force))
     }
 
-    /// What the free forces of the state would move without contact, which holds it only more, by the factor at hand; and the depth. With a margin.
-    pub(super) fn unsettled(&self, found: &Found) -> f64 {
+    /// How far one step more would move the tissue, contact included, with a margin: most of what is left, as steps fall fast where factors serve.
+    /// Infinite where there is no such step. Free forces alone would not tell: where tissue is about to slip off the tube they move it little, and
+    /// contact goes on from there.
+    pub(super) fn unsettled(&mut self) -> f64 {
         let mut v = Vec::new();
         self.contact.touches.take(&self.now.a, &mut v);
-        let (mut free, _) = self.left(&self.now.at, &self.now.pressures, &v, &self.around(&self.now.tube));
-        self.factors.now.ldl.solve(&mut free);
-        // Displacements are what a picture shows: the largest one is told, not a norm.
-        MARGIN * (free.iter().fold(0.0, |most: f64, u| most.max(u.abs())) + found.depth)
+        let wanted = self.wanted(LAST_PART * self.settings.tolerance, LAST_PART * self.settings.depth);
+        let tube = self.now.tube.clone();
+        let Ok((step, _)) = self.whole(&tube, &v, &wanted) else {
+            return f64::INFINITY;
+        };
+        let next: Vec<f64> = self.now.a.iter().zip(&step).map(|(a, step)| a + step).collect();
+        MARGIN * self.others.apart(&self.system, &self.now.a, &next)
     }
 
     /// New factors at once where those in use are of another state; true where there are.
@@ -162,14 +169,29 @@ impl Frames {
 
     /// One step: that without contact, contact by the compliance of the points at the tube, and the step of its forces.
     fn step(&mut self, tube: &Tube, v: &[f64], last: f64) -> Result<Next, Refused> {
-        let settings = &self.settings;
         // What is still far from its end needs no exact forces of contact.
-        let part = settings.tolerance.max(FAR_PART * last.min(self.scale) / self.scale);
-        let wanted = Wanted {
-            force: OF_THE_WHOLE * part * self.scale,
-            // No nearer than places are known.
-            depth: (OF_THE_WHOLE * settings.depth).max(8.0 * f64::EPSILON * self.system.extent()),
-        };
+        let part = self
+            .settings
+            .tolerance
+            .max(FAR_PART * last.min(self.scale) / self.scale);
+        let wanted = self.wanted(OF_THE_WHOLE * part, OF_THE_WHOLE * self.settings.depth);
+        let (step, pressures) = self.whole(tube, v, &wanted)?;
+        // Mixed in the space of whole steps: each is a step of the same map from states to states, as the factor does not change meanwhile.
+        let mixed = self.mix.next(&self.now.a, &step, &pressures);
+        self.line(tube, v, (step, pressures), mixed, last)
+            .ok_or(Refused::NoStep)
+    }
+
+    /// Free forces as a part of those of contact, and a depth, mm; no nearer than places are known.
+    fn wanted(&self, part: f64, depth: f64) -> Wanted {
+        Wanted {
+            force: part * self.scale,
+            depth: depth.max(8.0 * f64::EPSILON * self.system.extent()),
+        }
+    }
+
+    /// The step of the factor at hand, with what presses after it.
+    fn whole(&mut self, tube: &Tube, v: &[f64], wanted: &Wanted) -> Result<Step, Refused> {
         // They are what a step starts from; what becomes of them is the step's.
         let mut pressures = self.now.pressures.clone();
         let around = Around {
@@ -177,12 +199,8 @@ impl Frames {
             bones: &self.bones,
         };
         let (factor, forces) = (&mut self.factors.now, &self.now.at.forces);
-        let solved = self.contact.solve(factor, forces, &mut pressures, v, &around, &wanted);
-        let step = solved.ok_or(Refused::NoContact)?;
-        // Mixed in the space of whole steps: each is a step of the same map from states to states, as the factor does not change meanwhile.
-        let mixed = self.mix.next(&self.now.a, &step, &pressures);
-        self.line(tube, v, (step, pressures), mixed, last)
-            .ok_or(Refused::NoStep)
+        let solved = self.contact.solve(factor, forces, &mut pressures, v, &around, wanted);
+        solved.map(|step| (step, pressures)).ok_or(Refused::NoContact)
     }
 
     /// The first of the mixed step, the whole one and its halves that lowers energy and depths together; or that halves the free

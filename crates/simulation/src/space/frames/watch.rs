@@ -77,6 +77,23 @@ impl Others {
         }
     }
 
+    /// How far points of the tissue, of surfaces and inside, lie apart in two states at most, along an axis, mm. Not nodes: one of a cube that the
+    /// surface cuts may lie outside, where hardly any material holds it, and moves by millimetres where no tissue moves by a hundredth of one.
+    pub(super) fn apart(&self, system: &System, a: &[f64], b: &[f64]) -> f64 {
+        let bodies = &system.bodies;
+        let surfaces = (0..bodies.len()).flat_map(|body| {
+            let (solid, a, b) = (bodies.solid(body), bodies.part(body, a), bodies.part(body, b));
+            (0..solid.points()).map(move |point| solid.point(b, point) - solid.point(a, point))
+        });
+        let inside = self.inner.iter();
+        let inside =
+            inside.map(|(body, inner)| inner.place(bodies.part(*body, b)) - inner.place(bodies.part(*body, a)));
+        surfaces
+            .chain(inside)
+            .map(|moved| depth_or_all(moved.amax()))
+            .fold(0.0, f64::max)
+    }
+
     /// The deepest that a point inside solids is in what has a number, mm; 0 where none is. In a tube points of all, in bone of the solid that may touch it.
     fn inside(&self, system: &System, a: &[f64], around: &Around<'_>, number: usize) -> f64 {
         let own = |body: usize| number == 0 || around.bones[number - 1].body() == body;

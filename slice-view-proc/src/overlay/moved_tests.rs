@@ -1,0 +1,151 @@
+//! Targets in an organ that a model has moved.
+
+use bus::message::{Chosen, TissueShown};
+use geometry::{Affine, Point, Rigid, Vector, VolumeGrid};
+
+use super::*;
+use crate::tissue::{Moved, Shapes, Tissues};
+use crate::view;
+use crate::warp::{Cube, Region, Shape};
+
+/// A cube of 10 mm about a place, as an organ; and its nodes where they are at rest, moved by `by` of each place.
+fn organ(centre: [f64; 3], by: impl Fn([f64; 3]) -> [f64; 3]) -> (Shapes, Vec<[f32; 3]>) {
+    let low = centre.map(|x| x - 5.0);
+    let cube = Cube {
+        low,
+        side: 10.0,
+        nodes: std::array::from_fn(|k| k as u32),
+    };
+    let region = Region::new(low, 10.0, [2; 3], vec![-1.0; 8]).unwrap();
+    let node = |k: usize| {
+        let at = [k % 3, k / 3 % 3, k / 9];
+        let at = std::array::from_fn(|a| low[a] + 5.0 * at[a] as f64);
+        let by = by(at);
+        std::array::from_fn(|a| (at[a] + by[a]) as f32)
+    };
+    let shapes = Shapes {
+        mesh_id: [0; 32],
+        ct_from_model: Rigid::identity(),
+        organs: vec![Shape::new(&[cube], 27, region, 5.0).unwrap()],
+    };
+    (shapes, (0..27).map(node).collect())
+}
+
+/// Looks at an image along the tube's axis with its tip at (50, 50, 50), and the target "far", chosen, 20 mm beside it.
+fn of_far<T>(tissue: Tissues<'_>, look: impl FnOnce(&Overlay<'_>) -> T) -> T {
+    let text = "[[targets]]\nname = \"far\"\nct_mm = [70, 50, 50]";
+    let scene = scene::Scene::parse(text, std::path::Path::new("")).unwrap();
+    let affine = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
+    let grid = VolumeGrid::checked([100; 3], affine).unwrap();
+    let view = &scene.views[6];
+    let pose = Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), Vector::new(50.0, 50.0, 50.0)).unwrap();
+    let chosen = Chosen {
+        name: "far".to_owned(),
+        centre: Point::new(70.0, 50.0, 50.0),
+        radius_mm: scene.targets[0].diameter_mm / 2.0,
+        entry: None,
+        stop_mm: 0.0,
+    };
+    look(&Overlay {
+        view,
+        plane: &view::plane(view, &grid, &pose).unwrap(),
+        is_placed: true,
+        views: &scene.views,
+        pose: Some(pose),
+        tool: &scene.tool,
+        targets: &scene.targets,
+        chosen: Some(&chosen),
+        accuracy: None,
+        outside: false,
+        remarks: &[],
+        notice: Notice::Live,
+        origin: Origin::Tracker,
+        seq: 7,
+        registration_id: 1,
+        volume: "01234567",
+        marks: Marks::default(),
+        caution: "",
+        tissue,
+    })
+}
+
+fn settled<'a>(shapes: &'a Shapes, places: &'a [[f32; 3]]) -> Tissues<'a> {
+    Tissues {
+        shown: TissueShown::Settled,
+        moved: Some(Moved { shapes, places }),
+        late_ns: None,
+        seq: 1,
+        force_n: None,
+    }
+}
+
+fn words(overlay: &Overlay<'_>) -> String {
+    let placed = overlay.words().layout.placed;
+    let all: Vec<String> = placed.into_iter().map(|word| word.text).collect();
+    all.join("|")
+}
+
+#[test]
+fn a_target_in_a_moved_organ_is_where_the_model_has_it_and_both_distances_stand_on_the_image() {
+    let (shapes, places) = organ([70.0, 50.0, 50.0], |_| [-5.0, 0.0, 0.0]);
+    of_far(settled(&shapes, &places), |overlay| {
+        let [at_rest, now] = [70.0, 65.0].map(|x| {
+            let at = overlay.plane.project(Point::new(x, 50.0, 50.0));
+            [at.x, at.y]
+        });
+        let outlines: Vec<_> = overlay.outlines().map(|outline| outline.circle.at).collect();
+        let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        assert!(outlines.len() == 1 && off(outlines[0], now) < 1e-4 && off(now, at_rest) > 5.0);
+        assert!(
+            words(overlay).contains("far 15.0 mm, AT REST 20.0 mm"),
+            "{}",
+            words(overlay)
+        );
+        // Both places are inked, and the way between them.
+        let mut canvas = Canvas::new(overlay.view.size[0], overlay.view.size[1]);
+        overlay.draw_places_at_rest(&mut canvas);
+        let middle = [0.5 * (now[0] + at_rest[0]), 0.5 * (now[1] + at_rest[1])];
+        for [x, y] in [at_rest, middle] {
+            let at = 4 * (y.round() as usize * overlay.view.size[0] as usize + x.round() as usize);
+            assert!(canvas.rgba()[at..at + 3].iter().any(|c| *c > 100), "{x} {y}");
+        }
+    });
+}
+
+#[test]
+fn a_target_goes_as_the_quadratic_map_of_its_cube_does() {
+    let bent = |[x, y, z]: [f64; 3]| [0.02 * (y - 50.0) * (z - 50.0), 0.01 * (x - 68.0).powi(2), -3.0];
+    let (shapes, places) = organ([70.0, 50.0, 50.0], bent);
+    let moved = Moved {
+        shapes: &shapes,
+        places: &places,
+    };
+    for at in [
+        [70.0, 50.0, 50.0],
+        [65.0, 45.0, 55.0],
+        [74.9, 52.0, 46.5],
+        [66.25, 54.0, 45.0],
+    ] {
+        let found = moved.place(Point::new(at[0], at[1], at[2])).unwrap().mm();
+        let by = bent(at);
+        for a in 0..3 {
+            // Nodes travel in single precision: half a unit of 75 mm, and the weights of 27 of them sum to less than 2.
+            assert!((found[a] - at[a] - by[a]).abs() < 1e-5, "{at:?}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn what_no_moved_organ_holds_stays_where_it_is() {
+    let (beside, places) = organ([50.0, 80.0, 50.0], |_| [9.0; 3]);
+    for tissue in [settled(&beside, &places), Tissues::rigid(), Tissues::default()] {
+        of_far(tissue, |overlay| {
+            let said = words(overlay);
+            assert!(said.contains("far 20.0 mm") && !said.contains("AT REST 20"), "{said}");
+            let mut canvas = Canvas::new(overlay.view.size[0], overlay.view.size[1]);
+            let before = canvas.rgba().to_vec();
+            overlay.draw_places_at_rest(&mut canvas);
+            assert_eq!(canvas.rgba(), before);
+        });
+    }
+}
