@@ -41,7 +41,10 @@ pub fn mean<To: Frame, From: Frame>(list: &[Uncertain<To, From>], gate: f64) -> 
     // The Jacobian of e_i by a motion of the mean is -1 but for terms of the size of e_i, so that the normal matrix is
     // the same in every step.
     let covariance = inverse(&total).ok_or(Refused::Singular { frame: 0 })?;
-    let reach_mm = list.iter().map(|u| u.transform().translation().norm()).fold(0.0, f64::max);
+    let reach_mm = list
+        .iter()
+        .map(|u| u.transform().translation().norm())
+        .fold(0.0, f64::max);
     let mut is_settled = false;
     for _ in 0..MAX_STEPS {
         let motions: Vec<Vector6<f64>> = list.iter().map(|u| motion(&at, &u.transform())).collect();
@@ -157,7 +160,9 @@ mod tests {
     fn normals(mut state: u64) -> impl FnMut() -> f64 {
         move || {
             let mut even = || {
-                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
                 (state >> 11) as f64 / (1_u64 << 53) as f64
             };
             (0..12).map(|_| even()).sum::<f64>() - 6.0
@@ -205,7 +210,10 @@ mod tests {
                         // The frames are all alike: the mean is one of them, to the roundings of `rounding`, sqrt(n) times as many
                         // deviations of the mean as of a frame.
                         let roundings = 32.0 * f64::EPSILON * (1.0 + far);
-                        assert!(found.deviations.iter().all(|d| *d < 1e6 * 64.0 * roundings + 1e-9), "{case}: {found:?}");
+                        assert!(
+                            found.deviations.iter().all(|d| *d < 1e6 * 64.0 * roundings + 1e-9),
+                            "{case}: {found:?}"
+                        );
                     } else if count > 100 {
                         // 6 n - 6 degrees of freedom: the root of the mean square is known to a share of sqrt(1 / (12 n)).
                         let share = 5.0 / (12.0 * count as f64).sqrt();

@@ -3,9 +3,10 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use bead::matching::{Errors, Matched, match_beads};
+use bead::matching::{Errors, Matched, Stated, match_stated};
 use clap::Args;
 use geometry::{Ct, Point, Tracker};
+use nalgebra::Matrix3;
 
 use super::error::BeadsError;
 use super::file::BeadsFile;
@@ -14,6 +15,7 @@ use crate::commands::Outcome;
 use crate::input_files::points_text;
 use crate::input_files::source::Source;
 use crate::live::touched_in;
+use crate::register::file::TouchNoise;
 use crate::register::input::{From, Input};
 use crate::register::report;
 use crate::register::row::Row;
@@ -31,6 +33,10 @@ order does not matter; beads that nobody touched, false beads, and touched point
 Two pairs agree where the distances between the points differ by less than 4.5 deviations of such a difference. The \
 largest set of pairs that all agree, and whose residuals the errors explain, is registered. If another set fits as well \
 and places the patient elsewhere, both are named and nothing is written.
+
+Where the file of touches states their covariances, as that of calib touch does, each touch counts with its own, and \
+--touch-mm is how far a hand is off the point besides. What all touches share, the error of the tip's calibration (u1x to \
+u3z), stays in the result however many there are. Without covariances --touch-mm is the whole error of a touch. All pairs weigh the same.
 
 --ct reads the CT again and refuses beads of another one; --ct-hash does so by the hash alone. The file carries the hash, \
 and whoever uses it with another CT is refused. With --live or --scene the result must keep the scene's \
@@ -61,7 +67,8 @@ pub(crate) struct MatchArgs {
     ct_hash: Option<Name>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Standard deviation of a touched point along each axis
+    /// How far a hand is off the point, a standard deviation along each axis; without covariances in TOUCHED the whole error of a
+    /// touch
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     touch_mm: Positive,
     /// Standard deviation of a bead's centre along each axis: the scanner's distortion, and what the skin moved since
@@ -112,17 +119,25 @@ impl MatchArgs {
         };
         // The frame's name is known at run time only; the tracker stands for it here.
         let touched: Vec<Point<Tracker>> = read.touched.iter().map(|p| point(p.mm)).collect();
-        let matched = match_beads(&read.centres, &touched, &self.errors()).map_err(|refused| BeadsError::Match {
+        let stated: Vec<Stated> = read.touched.iter().filter_map(stated).collect();
+        let matched = match_stated(&read.centres, &touched, &stated, &self.errors());
+        let matched = matched.map_err(|refused| BeadsError::Match {
             beads: self.beads.clone(),
             touched: self.touched.clone(),
             refused: Box::new(refused),
         })?;
-        let pairing = pairing_text(&matched, &read);
+        let noise = self.touch_noise(&matched, &read);
+        let pairing = noise_text(noise, self.touch_mm.0) + &pairing_text(&matched, &read);
         let ct_hash = read.beads.ct_hash.clone();
         let input = input(&matched, read);
         let request = self.request(ct_hash, from, marker);
-        let solution = solve(&input.rows, &request.options, &input.names())?;
+        let mut solution = solve(&input.rows, &request.options, &input.names())?;
+        solution.by_pairs = matched.covariance;
+        solution.noise = matched.noise;
         let mut file = describe(&request, &input, &solution);
+        if let Some(record) = &mut file.noise {
+            record.touches = noise;
+        }
         let (judged, refused) = judge(&mut file, scened.as_ref())?;
         let encoded = file.to_json().map_err(serde_json::Error::io)?;
         let mut text = report::text(&file, true) + &pairing + &judged;
@@ -151,6 +166,32 @@ impl MatchArgs {
             bead_mm: self.bead_mm.0,
             touch_mm: self.touch_mm.0,
         }
+    }
+
+    /// What the errors of the pairs are made of, where the touches state theirs.
+    fn touch_noise(&self, matched: &Matched<Tracker>, read: &Read) -> Option<TouchNoise> {
+        let paired = || {
+            matched
+                .bead_of
+                .iter()
+                .zip(&read.touched)
+                .filter(|(bead, _)| bead.is_some())
+        };
+        let rms = |part: &dyn Fn(&Stated) -> Matrix3<f64>| {
+            let traces: Vec<f64> = paired()
+                .filter_map(|(_, touch)| Some(part(&stated(touch)?).trace()))
+                .collect();
+            (traces.iter().sum::<f64>().max(0.0) / (3.0 * traces.len() as f64)).sqrt()
+        };
+        let error = paired().find_map(|(_, touch)| touch.error)?;
+        Some(TouchNoise {
+            own_mm: rms(&|stated| stated.own),
+            shared_mm: error
+                .shared
+                .map(|_| rms(&|stated| stated.shared * stated.shared.transpose())),
+            hand_mm: self.touch_mm.0,
+            bead_mm: self.bead_mm.0,
+        })
     }
 
     fn read_files(&self) -> Result<Read, BeadsError> {
@@ -217,6 +258,35 @@ impl MatchArgs {
     }
 }
 
+/// What a touch says of its error.
+fn stated(touch: &points_text::Point) -> Option<Stated> {
+    let error = touch.error?;
+    let shared = error.shared.unwrap_or_default();
+    Some(Stated {
+        own: error.covariance - shared * shared.transpose(),
+        shared,
+    })
+}
+
+/// What the error of a touch is made of, in words.
+fn noise_text(noise: Option<TouchNoise>, touch_mm: f64) -> String {
+    let Some(noise) = noise else {
+        return format!(
+            "\ntouches          {touch_mm} mm per axis (--touch-mm) for all of their error: the file states no covariances\n"
+        );
+    };
+    let shared = match noise.shared_mm {
+        Some(mm) => format!("{mm:.3} mm of the tip's calibration, which all touches share"),
+        None => {
+            "the tip's calibration is not told apart, and counts as if each touch had its own: touch anew".to_owned()
+        }
+    };
+    format!(
+        "\ntouches          per axis {:.3} mm of each by the file, {shared}; {} mm of the hand (--touch-mm)\n",
+        noise.own_mm, noise.hand_mm
+    )
+}
+
 fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
     Point::new(x, y, z)
 }
@@ -243,7 +313,7 @@ fn input(matched: &Matched<Tracker>, read: Read) -> Input {
 
 /// Who is who, in words.
 fn pairing_text(matched: &Matched<Tracker>, read: &Read) -> String {
-    let mut text = String::from("\n");
+    let mut text = String::new();
     let [found, most] = matched.chi_squared;
     // Writing to a string does not fail.
     let _ = writeln!(
