@@ -12,7 +12,7 @@ pub use bodies::{
 pub(crate) use bus::clock::date::now;
 pub use file::{CalibrationFile, Kind};
 pub use parts::{
-    CoverageRecord, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
+    CoverageRecord, EMITTERS, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
     ToolRecord,
 };
 pub use read::CalibrationError;
