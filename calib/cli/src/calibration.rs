@@ -11,8 +11,9 @@ pub use bodies::{
 };
 pub(crate) use bus::clock::date::now;
 pub use file::{CalibrationFile, Kind};
+pub(crate) use parts::EMITTERS;
 pub use parts::{
-    CoverageRecord, EMITTERS, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
+    CoverageRecord, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
     ToolRecord,
 };
 pub use read::CalibrationError;

@@ -1,21 +1,19 @@
 //! `calib match`: touched points to the beads of a CT, without being told which is which, and the registration of both.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use bead::matching::{Errors, Matched, Stated, match_stated};
 use clap::Args;
 use geometry::{Ct, Point, Tracker};
-use nalgebra::Matrix3;
 
 use super::error::BeadsError;
 use super::file::BeadsFile;
+use super::touch_noise::{noise_of, noise_text, pairing_text, stated};
 use super::volume::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
 use crate::input_files::points_text;
 use crate::input_files::source::Source;
 use crate::live::touched_in;
-use crate::register::file::TouchNoise;
 use crate::register::input::{From, Input};
 use crate::register::report;
 use crate::register::row::Row;
@@ -126,8 +124,8 @@ impl MatchArgs {
             touched: self.touched.clone(),
             refused: Box::new(refused),
         })?;
-        let noise = self.touch_noise(&matched, &read);
-        let pairing = noise_text(noise, self.touch_mm.0) + &pairing_text(&matched, &read);
+        let noise = noise_of(&matched, &read.touched, &self.errors());
+        let pairing = noise_text(noise, self.touch_mm.0) + &pairing_text(&matched, &read.touched);
         let ct_hash = read.beads.ct_hash.clone();
         let input = input(&matched, read);
         let request = self.request(ct_hash, from, marker);
@@ -166,32 +164,6 @@ impl MatchArgs {
             bead_mm: self.bead_mm.0,
             touch_mm: self.touch_mm.0,
         }
-    }
-
-    /// What the errors of the pairs are made of, where the touches state theirs.
-    fn touch_noise(&self, matched: &Matched<Tracker>, read: &Read) -> Option<TouchNoise> {
-        let paired = || {
-            matched
-                .bead_of
-                .iter()
-                .zip(&read.touched)
-                .filter(|(bead, _)| bead.is_some())
-        };
-        let rms = |part: &dyn Fn(&Stated) -> Matrix3<f64>| {
-            let traces: Vec<f64> = paired()
-                .filter_map(|(_, touch)| Some(part(&stated(touch)?).trace()))
-                .collect();
-            (traces.iter().sum::<f64>().max(0.0) / (3.0 * traces.len() as f64)).sqrt()
-        };
-        let error = paired().find_map(|(_, touch)| touch.error)?;
-        Some(TouchNoise {
-            own_mm: rms(&|stated| stated.own),
-            shared_mm: error
-                .shared
-                .map(|_| rms(&|stated| stated.shared * stated.shared.transpose())),
-            hand_mm: self.touch_mm.0,
-            bead_mm: self.bead_mm.0,
-        })
     }
 
     fn read_files(&self) -> Result<Read, BeadsError> {
@@ -258,35 +230,6 @@ impl MatchArgs {
     }
 }
 
-/// What a touch says of its error.
-fn stated(touch: &points_text::Point) -> Option<Stated> {
-    let error = touch.error?;
-    let shared = error.shared.unwrap_or_default();
-    Some(Stated {
-        own: error.covariance - shared * shared.transpose(),
-        shared,
-    })
-}
-
-/// What the error of a touch is made of, in words.
-fn noise_text(noise: Option<TouchNoise>, touch_mm: f64) -> String {
-    let Some(noise) = noise else {
-        return format!(
-            "\ntouches          {touch_mm} mm per axis (--touch-mm) for all of their error: the file states no covariances\n"
-        );
-    };
-    let shared = match noise.shared_mm {
-        Some(mm) => format!("{mm:.3} mm of the tip's calibration, which all touches share"),
-        None => {
-            "the tip's calibration is not told apart, and counts as if each touch had its own: touch anew".to_owned()
-        }
-    };
-    format!(
-        "\ntouches          per axis {:.3} mm of each by the file, {shared}; {} mm of the hand (--touch-mm)\n",
-        noise.own_mm, noise.hand_mm
-    )
-}
-
 fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
     Point::new(x, y, z)
 }
@@ -309,29 +252,4 @@ fn input(matched: &Matched<Tracker>, read: Read) -> Input {
         sources: vec![("beads", beads), ("touched", touched)],
         has_weights: false,
     }
-}
-
-/// Who is who, in words.
-fn pairing_text(matched: &Matched<Tracker>, read: &Read) -> String {
-    let mut text = String::new();
-    let [found, most] = matched.chi_squared;
-    // Writing to a string does not fail.
-    let _ = writeln!(
-        text,
-        "pairing          the only one that fits: squared residuals over the noise are {found:.1}, up to {most:.1} is accepted"
-    );
-    for at in matched.without_bead() {
-        let touched = &read.touched[at];
-        let [x, y, z] = touched.mm;
-        let _ = writeln!(
-            text,
-            "no bead          line {}: the touched point {x}, {y}, {z} is on no bead",
-            touched.line
-        );
-    }
-    if !matched.untouched.is_empty() {
-        let numbers: Vec<String> = matched.untouched.iter().map(|bead| (bead + 1).to_string()).collect();
-        let _ = writeln!(text, "not touched      beads {}", numbers.join(", "));
-    }
-    text
 }
