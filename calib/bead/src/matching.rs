@@ -6,23 +6,30 @@
 //! by branch and bound: exactly, or not at all ([`Refused::SearchTooLong`]). A set that fits as well and places the patient
 //! elsewhere is no detail: both are named ([`Refused::Ambiguous`]).
 //!
-//! With deviations `sb` of a bead's centre and `st` of a touched point, per axis, mm:
+//! With deviations `sb` of a bead's centre and `st` of a touched point, per axis, mm, `st` the largest along any axis where the
+//! touch states a covariance ([`Stated`], to which the hand's `touch_mm` is added):
 //!
 //! ```text
-//! |d_ct - d_touched| <= 4.5 sqrt(2 (sb^2 + st^2))        distances
+//! |d_ct - d_touched| <= 4.5 sqrt(2 sb^2 + st_1^2 + st_2^2)        distances of two points
 //! sum |r|^2 / (sb^2 + st^2) <= chi-squared(3 n - 6), at four deviations        residuals
 //! ```
+//!
+//! Where touches state covariances, the residuals' sum is that of [`calib::registration::chi_squared`], which knows what
+//! they share.
 
+mod deviations;
 mod error;
 mod search;
 mod spread;
 
 use geometry::{Ct, Frame, Point};
+use nalgebra::{Matrix3, Matrix6};
 
+use deviations::Deviations;
 pub use error::{Pairing, Refused};
 use search::{Solution, solutions};
 
-use calib::registration::{Method, Noise, Pairs, Registration, register};
+use calib::registration::{Method, Noise, Pairs, Registration, propagated, register, rms_at};
 
 /// Deviations of a difference of distances within which it counts as none.
 const AGREE_DEVIATIONS: f64 = 4.5;
@@ -32,8 +39,18 @@ const AGREE_DEVIATIONS: f64 = 4.5;
 pub struct Errors {
     /// Of a bead's centre in the CT: distortion of the scanner and what the bead moved since.
     pub bead_mm: f64,
-    /// Of a touched point.
+    /// Of a touched point: how far a hand is off it, and all of its error where nothing is [`Stated`].
     pub touch_mm: f64,
+}
+
+/// What a touch states of its own error, in the axes of the touches' frame; the hand's is not in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stated {
+    /// Covariance of what is this touch's own, the noise of its poses, mm^2.
+    pub own: Matrix3<f64>,
+    /// What three normal numbers of deviation 1, the same for all touches, move it by: the error of the tip's calibration,
+    /// a column for each, mm.
+    pub shared: Matrix3<f64>,
 }
 
 impl Errors {
@@ -42,11 +59,6 @@ impl Errors {
         Noise {
             sigma_mm: self.bead_mm.hypot(self.touch_mm),
         }
-    }
-
-    /// The greatest difference of two distances between the same points.
-    pub fn distance_mm(&self) -> f64 {
-        AGREE_DEVIATIONS * std::f64::consts::SQRT_2 * self.noise().sigma_mm
     }
 
     fn check(&self) -> Result<(), Refused> {
@@ -67,8 +79,10 @@ pub struct Matched<F: Frame> {
     pub untouched: Vec<usize>,
     /// The registration of the pairs, in the order of the touched points that have a bead.
     pub registration: Registration<Ct, F>,
-    /// The noise of a pair that was assumed.
+    /// The noise of a pair that was assumed; the root mean square of the pairs' where touches state theirs.
     pub noise: Noise,
+    /// Covariance of the registration: by [`propagated`], where touches state theirs; `None` where none does.
+    pub covariance: Option<Matrix6<f64>>,
     /// `sum |r|^2 / sigma^2` and the greatest value accepted.
     pub chi_squared: [f64; 2],
     /// Branches of the search.
@@ -84,11 +98,15 @@ impl<F: Frame> Matched<F> {
 
     /// Root mean square error predicted at a target, mm.
     pub fn predicted_tre_mm(&self, target: Point<Ct>) -> f64 {
-        self.registration.predicted_tre_mm(self.noise, target)
+        match &self.covariance {
+            Some(covariance) => rms_at(covariance, target),
+            None => self.registration.predicted_tre_mm(self.noise, target),
+        }
     }
 }
 
-/// Finds which bead each touched point is, and registers. Indices count from 0.
+/// Finds which bead each touched point is, and registers; touches have the error `errors.touch_mm` and no other. Indices count
+/// from 0.
 ///
 /// At most [`MAX_BEADS`] beads and [`MAX_TOUCHED`] touched points.
 ///
@@ -99,35 +117,65 @@ pub fn match_beads<F: Frame>(
     touched: &[Point<F>],
     errors: &Errors,
 ) -> Result<Matched<F>, Refused> {
+    match_stated(beads, touched, &[], errors)
+}
+
+/// The same of touches that state their errors, one for each touch; of an empty list as [`match_beads`]. The pairs have equal
+/// weights in the fit: what is stated makes its covariance and says which pairs agree.
+///
+/// # Errors
+/// [`Refused`], of these [`Refused::Stated`].
+pub fn match_stated<F: Frame>(
+    beads: &[Point<Ct>],
+    touched: &[Point<F>],
+    stated: &[Stated],
+    errors: &Errors,
+) -> Result<Matched<F>, Refused> {
     errors.check()?;
-    check(beads, touched, errors)?;
+    let sigmas = Deviations::new(touched.len(), stated, errors)?;
+    check(beads, touched, &sigmas)?;
     // Points on a line, or nearly so, leave a turn open that no pairing can tell.
-    spread::check(touched, errors)?;
-    let (found, steps) = solutions(beads, touched, errors)?;
+    spread::check(touched, sigmas.largest_mm())?;
+    let (found, steps) = solutions(beads, touched, &sigmas)?;
     let [best, rest @ ..] = found.as_slice() else {
         return Err(Refused::NoMatch {
             beads: beads.len(),
             touched: touched.len(),
-            distance_mm: errors.distance_mm(),
+            distance_mm: sigmas.largest_distance_mm(),
         });
     };
     // Two pairings that lay the patient differently: to choose would be to guess.
-    if let Some(other) = rest.iter().find(|other| elsewhere(best, other, touched, errors)) {
+    if let Some(other) = rest.iter().find(|other| elsewhere(best, other, touched, &sigmas)) {
         return Err(Refused::Ambiguous {
             first: best.pairing(),
             second: other.pairing(),
             apart_mm: apart(best, other, touched),
         });
     }
+    registered(best, (beads, touched), &sigmas, steps)
+}
+
+/// The registration of the pairs that were found.
+fn registered<F: Frame>(
+    best: &Solution<F>,
+    (beads, touched): (&[Point<Ct>], &[Point<F>]),
+    sigmas: &Deviations,
+    steps: usize,
+) -> Result<Matched<F>, Refused> {
     let (to, from): (Vec<_>, Vec<_>) = best.pairs().map(|(i, j)| (beads[i], touched[j])).unzip();
     // What was paired may be fewer points than were touched, and in a worse shape.
-    spread::check(&from, errors)?;
-    let registration = register(Pairs::new(&to, &from)?, Method::default())?;
+    spread::check(&from, sigmas.largest_mm())?;
+    let pairs = Pairs::new(&to, &from)?;
+    let registration = register(pairs, Method::default())?;
+    let errors = sigmas.of_pairs(best.pairs().map(|(_, j)| j));
     Ok(Matched {
         untouched: (0..beads.len()).filter(|i| !best.bead_of.contains(&Some(*i))).collect(),
         bead_of: best.bead_of.clone(),
+        covariance: errors
+            .as_ref()
+            .and_then(|errors| propagated(&registration.fit, pairs, errors)),
         registration,
-        noise: errors.noise(),
+        noise: sigmas.noise(errors.as_deref()),
         chi_squared: [best.chi_squared, search::most(best.count)],
         steps,
     })
@@ -138,7 +186,7 @@ pub const MAX_BEADS: usize = 64;
 /// The most touched points.
 pub const MAX_TOUCHED: usize = 32;
 
-fn check<F: Frame>(beads: &[Point<Ct>], touched: &[Point<F>], errors: &Errors) -> Result<(), Refused> {
+fn check<F: Frame>(beads: &[Point<Ct>], touched: &[Point<F>], sigmas: &Deviations) -> Result<(), Refused> {
     for (what, found, most) in [
         ("beads", beads.len(), MAX_BEADS),
         ("touched points", touched.len(), MAX_TOUCHED),
@@ -156,12 +204,13 @@ fn check<F: Frame>(beads: &[Point<Ct>], touched: &[Point<F>], errors: &Errors) -
     for (second, p) in touched.iter().enumerate() {
         for (first, q) in touched[..second].iter().enumerate() {
             let distance_mm = p.distance(*q);
-            if distance_mm <= errors.distance_mm() {
+            let least_mm = sigmas.distance_mm(first, second);
+            if distance_mm <= least_mm {
                 return Err(Refused::TouchedTwice {
                     first,
                     second,
                     distance_mm,
-                    least_mm: errors.distance_mm(),
+                    least_mm,
                 });
             }
         }
@@ -185,8 +234,8 @@ fn apart<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>]) -> f6
 }
 
 /// Whether two solutions place the patient differently: by more than the errors of the points.
-fn elsewhere<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>], errors: &Errors) -> bool {
-    apart(a, b, touched) > errors.distance_mm()
+fn elsewhere<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>], sigmas: &Deviations) -> bool {
+    apart(a, b, touched) > sigmas.largest_distance_mm()
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod matching;
 mod sheet;
 #[cfg(test)]
 mod tests;
+mod touch_noise;
 mod volume;
 
 pub(crate) use check::{CHECK_HELP, CheckArgs, uncertain};

@@ -11,6 +11,7 @@ pub use bodies::{
 };
 pub(crate) use bus::clock::date::now;
 pub use file::{CalibrationFile, Kind};
+pub(crate) use parts::EMITTERS;
 pub use parts::{
     CoverageRecord, Gate, ImportedRecord, PivotRecord, PoseNoiseRecord, PrincipalRecord, Recorded, SpinRecord,
     ToolRecord,

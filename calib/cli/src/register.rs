@@ -139,6 +139,7 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         noise: Some(Noise {
             sigma_mm: solution.noise.sigma_mm,
             estimated: request.options.is_estimate(solution.noise.sigma_mm),
+            touches: None,
         }),
         covariance: covariance(solution),
         covariance_convention: COVARIANCE_CONVENTION.to_owned(),
@@ -187,7 +188,7 @@ fn finite(x: f64) -> Option<f64> {
 }
 
 fn covariance(solution: &Solution) -> Option<[[f64; 6]; 6]> {
-    let matrix = solution.registration.covariance(solution.noise)?;
+    let matrix = solution.covariance()?;
     let rows = std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]));
     matrix.iter().all(|x| x.is_finite()).then_some(rows)
 }
@@ -197,9 +198,7 @@ fn predicted_tre(request: &Request, solution: &Solution) -> Vec<PredictedTre> {
     let targets = request.targets.iter().map(|target| ("target", *target));
     let tre = |(at, point_mm): (&str, [f64; 3])| {
         let [x, y, z] = point_mm;
-        let rms = solution
-            .registration
-            .predicted_tre_mm(solution.noise, Point::new(x, y, z));
+        let rms = solution.predicted_tre_mm(Point::new(x, y, z));
         PredictedTre {
             at: at.to_owned(),
             point_mm,

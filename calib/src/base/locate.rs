@@ -29,7 +29,7 @@ pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Option
     // `Ambiguous`.
     result.held(options)?;
     unique(&found, drawing, options, found[0].noise_ratio)?;
-    result.located(centre, options)
+    result.located(centre, groups, options)
 }
 
 /// The places that leave out few enough touches, the best first; at least one.

@@ -1,11 +1,11 @@
 //! The place of the base with its error.
 
 use geometry::{Base, Frame, Point, Rigid, Uncertain, Vector};
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3};
 
 use super::search::{Found, Touched, chosen};
-use super::solve::{HeldTouch, normal, open};
-use super::{Drawing, Feature, FreeMotion, Options, Refused};
+use super::solve::{HeldTouch, normal, open, row};
+use super::{Drawing, Feature, FreeMotion, Group, Options, Refused};
 use crate::gate::Reached;
 
 /// The residuals on one feature.
@@ -35,7 +35,7 @@ pub struct RejectedTouch {
 /// The place of the base with all that is known of its error.
 #[derive(Debug, Clone)]
 pub struct Located<F: Frame> {
-    /// `f_from_base`, with the covariance that the noise given makes.
+    /// `f_from_base`, with the covariance that the noise given makes, and what touches share.
     pub place: Uncertain<F, Base>,
     /// The feature of each group, as given or as found.
     pub assignment: Vec<Feature>,
@@ -140,9 +140,18 @@ impl<'a> Solved<'a> {
         list
     }
 
-    /// `(J^T J)^-1 sigma^2`, with turns in radians.
-    fn covariance(&self) -> Option<Matrix6<f64>> {
-        let inverse = self.matrix.cholesky()?.inverse() * self.sigma_mm.powi(2);
+    /// `N^-1 (N + S S^T - sum P P^T) N^-1 sigma^2`, with turns in radians: `N = J^T J`; `P` of a touch is `J^T U`, with `U` what it
+    /// shares with all others, and `S` the sum of all. What is shared adds up, and errors of its own do not.
+    fn covariance<F: Frame>(&self, groups: &[Group<F>]) -> Option<Matrix6<f64>> {
+        let inverse = self.matrix.cholesky()?.inverse();
+        let (mut sum, mut alone) = (Matrix6x3::zeros(), Matrix6::zeros());
+        for part in self.parts(groups) {
+            sum += part;
+            alone += part * part.transpose();
+        }
+        let middle = self.matrix + sum * sum.transpose() - alone;
+        let whole = inverse * middle * inverse * self.sigma_mm.powi(2);
+        let inverse = (whole + whole.transpose()) * 0.5;
         let mut scale = Matrix6::identity();
         // The unknowns were turns times the radius: w = w' / radius.
         let turns = Matrix3::identity() / self.radius;
@@ -150,11 +159,30 @@ impl<'a> Solved<'a> {
         Some(scale * inverse * scale)
     }
 
-    pub(super) fn located<F: Frame>(&self, centre: Vector3<f64>, options: &Options) -> Result<Located<F>, Refused> {
+    /// `J^T U` of each touch kept that shares something, in units of the noise given.
+    fn parts<F: Frame>(&self, groups: &[Group<F>]) -> Vec<Matrix6x3<f64>> {
+        let turn = self.found.pose.matrix();
+        let mut parts = Vec::new();
+        for ((held, kept), group) in self.touches.iter().zip(&self.found.kept).zip(groups) {
+            for ((touch, kept), shared) in held.iter().zip(kept).zip(&group.shared) {
+                let rows = &touch.rows(&turn)[..touch.hold.count];
+                let one = |e: &Vector3<f64>| row(e, &touch.place, self.radius) * (e.transpose() * shared);
+                parts.extend(kept.then(|| rows.iter().map(one).sum::<Matrix6x3<f64>>() / self.sigma_mm));
+            }
+        }
+        parts
+    }
+
+    pub(super) fn located<F: Frame>(
+        &self,
+        centre: Vector3<f64>,
+        groups: &[Group<F>],
+        options: &Options,
+    ) -> Result<Located<F>, Refused> {
         // The fit was about the mean of all touches.
         let shift = centre + self.found.pose.shift;
         let place: Rigid<F, Base> = Rigid::from_parts(self.found.pose.turn, Vector::new(shift.x, shift.y, shift.z));
-        let covariance = self.covariance().ok_or(Refused::Unsolvable {
+        let covariance = self.covariance(groups).ok_or(Refused::Unsolvable {
             free: self.weakest,
             condition: self.condition,
             allowed: options.max_condition,

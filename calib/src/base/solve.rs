@@ -60,7 +60,7 @@ impl HeldTouch {
     }
 
     /// As [`HeldTouch::weighed`]; a direction without noise counts as one of the noise given.
-    fn rows(&self, r: &Matrix3<f64>) -> [Vector3<f64>; 2] {
+    pub(super) fn rows(&self, r: &Matrix3<f64>) -> [Vector3<f64>; 2] {
         self.weighed(r).unwrap_or_else(|| self.hold.axes.map(|e| r * e))
     }
 

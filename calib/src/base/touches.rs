@@ -14,6 +14,9 @@ pub struct Group<F: Frame> {
     pub touches: Vec<Point<F>>,
     /// Covariance of each touch, mm^2, in the axes of `F`; empty where all have the noise of [`Options::sigma_mm`].
     pub covariances: Vec<Matrix3<f64>>,
+    /// What three normal numbers of deviation 1, the same for all touches of all groups, move each touch by, mm: a column for
+    /// each, in the axes of `F`. It is in the covariances too. Empty where touches share nothing.
+    pub shared: Vec<Matrix3<f64>>,
 }
 
 impl<F: Frame> Group<F> {
@@ -23,6 +26,7 @@ impl<F: Frame> Group<F> {
             feature: Some(feature),
             touches,
             covariances: Vec::new(),
+            shared: Vec::new(),
         }
     }
 
@@ -32,12 +36,18 @@ impl<F: Frame> Group<F> {
             feature: None,
             touches,
             covariances: Vec::new(),
+            shared: Vec::new(),
         }
     }
 
     /// The same touches with a covariance each, mm^2: a localizer sees worse along its line of sight than across it.
     pub fn with_covariances(self, covariances: Vec<Matrix3<f64>>) -> Self {
         Self { covariances, ..self }
+    }
+
+    /// The same touches with what they share, as the error of the tip's calibration: [`Group::shared`].
+    pub fn with_shared(self, shared: Vec<Matrix3<f64>>) -> Self {
+        Self { shared, ..self }
     }
 
     /// The covariance of a touch.
@@ -139,10 +149,27 @@ fn check_noise<F: Frame>(group: usize, g: &Group<F>) -> Result<(), Refused> {
     if found != 0 && found != touches {
         return Err(Refused::Unmatched { group, found, touches });
     }
+    check_shared(group, g)?;
     // A Cholesky factor is made from the lower triangle alone: asymmetry has to be looked for.
     let even = |c: &Matrix3<f64>| (c - c.transpose()).amax() <= 1e-12 * c.amax();
     let good = |c: &Matrix3<f64>| c.iter().all(|x| x.is_finite()) && even(c) && c.cholesky().is_some();
     match g.covariances.iter().position(|c| !good(c)) {
+        Some(touch) => Err(Refused::BadNoise { group, touch }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses what touches share where it is more than their covariances, to the seven digits that files have at least.
+fn check_shared<F: Frame>(group: usize, g: &Group<F>) -> Result<(), Refused> {
+    let (found, touches) = (g.shared.len(), g.touches.len());
+    if found != 0 && (found != touches || g.covariances.len() != touches) {
+        return Err(Refused::Unmatched { group, found, touches });
+    }
+    let within = |(c, u): (&Matrix3<f64>, &Matrix3<f64>)| {
+        let rest = c - u * u.transpose();
+        rest.iter().all(|x| x.is_finite()) && rest.symmetric_eigenvalues().min() >= -1e-6 * c.amax()
+    };
+    match g.covariances.iter().zip(&g.shared).position(|both| !within(both)) {
         Some(touch) => Err(Refused::BadNoise { group, touch }),
         None => Ok(()),
     }

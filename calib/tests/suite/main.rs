@@ -13,6 +13,7 @@ mod pivot_apart;
 mod pivot_each;
 mod pivot_refusals;
 mod planted;
+mod propagated;
 mod refusals;
 mod seen;
 mod spin;

@@ -28,6 +28,20 @@ pub enum Refused {
     /// The deviations are not usable.
     #[error("the deviations {} mm of a bead and {} mm of a touched point must be finite, at least 0, and not both 0", .0.bead_mm, .0.touch_mm)]
     Errors(Errors),
+    /// Errors of other than all touches are stated.
+    #[error("{found} stated errors for {touches} touched points")]
+    StatedCount {
+        /// Errors.
+        found: usize,
+        /// Touched points.
+        touches: usize,
+    },
+    /// What a touch states of its error is no covariance.
+    #[error("touched point {}: its covariance is none, or less than the part of it that all touches share", .touch + 1)]
+    Stated {
+        /// Which.
+        touch: usize,
+    },
     /// Fewer than three.
     #[error("{found} {what}; at least 3 are needed")]
     TooFew {

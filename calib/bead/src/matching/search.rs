@@ -2,8 +2,9 @@
 
 use geometry::{Ct, Frame, Point, Rigid};
 
-use super::{Errors, Pairing, Refused};
-use calib::registration::{Method, Pairs, fit};
+use super::deviations::Deviations;
+use super::{Pairing, Refused};
+use calib::registration::{Method, Pairs, chi_squared, fit};
 
 /// Branches before the search is given up: a second or two.
 const MAX_STEPS: usize = 1_000_000;
@@ -48,12 +49,12 @@ pub(super) fn most(n: usize) -> f64 {
 pub(super) fn solutions<F: Frame>(
     beads: &[Point<Ct>],
     touched: &[Point<F>],
-    errors: &Errors,
+    sigmas: &Deviations,
 ) -> Result<(Vec<Solution<F>>, usize), Refused> {
     let mut search = Search {
         beads,
         touched,
-        errors,
+        sigmas,
         order: far_apart(touched),
         bead_of: vec![None; touched.len()],
         used: vec![false; beads.len()],
@@ -99,7 +100,7 @@ fn far_apart<F: Frame>(points: &[Point<F>]) -> Vec<usize> {
 struct Search<'a, F: Frame> {
     beads: &'a [Point<Ct>],
     touched: &'a [Point<F>],
-    errors: &'a Errors,
+    sigmas: &'a Deviations,
     order: Vec<usize>,
     bead_of: Vec<Option<usize>>,
     used: Vec<bool>,
@@ -157,7 +158,7 @@ impl<F: Frame> Search<'_, F> {
             self.bead_of[other].is_none_or(|other_bead| {
                 let there = self.beads[bead].distance(self.beads[other_bead]);
                 let here = self.touched[point].distance(self.touched[other]);
-                (there - here).abs() <= self.errors.distance_mm()
+                (there - here).abs() <= self.sigmas.distance_mm(point, other)
             })
         })
     }
@@ -173,11 +174,19 @@ impl<F: Frame> Search<'_, F> {
         let pairs = Pairs::new(&to, &from).ok()?;
         let fitted = fit(pairs, Method::default()).ok()?;
         let fre_rms_mm = fitted.fre_rms_mm(pairs);
-        let sigma = self.errors.noise().sigma_mm;
+        let touches = self
+            .bead_of
+            .iter()
+            .enumerate()
+            .filter_map(|(j, bead)| bead.and(Some(j)));
+        let chi_squared = match self.sigmas.of_pairs(touches) {
+            Some(errors) => chi_squared(&fitted, pairs, &errors)?,
+            None => self.count as f64 * (fre_rms_mm / self.sigmas.noise(None).sigma_mm).powi(2),
+        };
         Some(Solution {
             bead_of: self.bead_of.clone(),
             count: self.count,
-            chi_squared: self.count as f64 * (fre_rms_mm / sigma).powi(2),
+            chi_squared,
             fre_rms_mm,
             transform: fitted.transform,
         })

@@ -3,15 +3,15 @@
 use geometry::Point;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Errors, Refused};
+use super::Refused;
 use calib::registration::symmetric3;
 
 /// Deviations of noise that the points must lie off their best line, root mean square.
 const LEAST_WIDTH: f64 = 4.0;
 
-/// Refuses points that noise could have moved off a line.
-pub(super) fn check<F>(points: &[Point<F>], errors: &Errors) -> Result<(), Refused> {
-    let (width_mm, needed_mm) = (width_mm(points), LEAST_WIDTH * errors.noise().sigma_mm);
+/// Refuses points that noise of this deviation could have moved off a line.
+pub(super) fn check<F>(points: &[Point<F>], sigma_mm: f64) -> Result<(), Refused> {
+    let (width_mm, needed_mm) = (width_mm(points), LEAST_WIDTH * sigma_mm);
     if width_mm >= needed_mm {
         return Ok(());
     }

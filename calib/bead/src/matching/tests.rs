@@ -108,6 +108,61 @@ fn the_predicted_error_is_that_of_many_trials() {
     assert!(n == 400);
 }
 
+/// `calib match` took one deviation for every touch, whatever their file stated: 0.258 mm where 0.399 were found.
+#[test]
+fn touches_that_state_their_errors_promise_no_more_than_is_true() {
+    let mut random = Random(11);
+    let beads = layout(&mut random, 6);
+    let target = Point::new(10.0, -20.0, 30.0);
+    let own = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.04, 0.04, 0.25));
+    let (mut sum, mut predicted, mut unstated, n) = (0.0, 0.0, 0.0, 400);
+    for _ in 0..n {
+        let tracker_from_ct = tracker_from_ct(&mut random);
+        let z = nalgebra::Vector3::new(random.normal(), random.normal(), random.normal());
+        let (mut touched, mut stated) = (Vec::new(), Vec::new());
+        for bead in &beads {
+            let tilt: [f64; 3] = random.vector::<Tracker>(0.3).mm();
+            let held = nalgebra::Rotation3::new(tilt.into());
+            let shared = held.matrix() * Matrix3::from_diagonal(&nalgebra::Vector3::new(0.3, 0.2, 0.1));
+            let own_off = Vector::new(0.2 * random.normal(), 0.2 * random.normal(), 0.5 * random.normal());
+            let [x, y, w] = (shared * z).into();
+            let even = random.noise(ERRORS.noise().sigma_mm);
+            touched.push(tracker_from_ct * *bead + own_off + Vector::new(x, y, w) + even);
+            stated.push(Stated { own, shared });
+        }
+        let found = match_stated(&beads, &touched, &stated, &ERRORS).unwrap();
+        assert_eq!(found.without_bead().count(), 0);
+        let place = found.registration.fit.transform * (tracker_from_ct * target);
+        sum += place.distance(target).powi(2);
+        predicted += found.predicted_tre_mm(target).powi(2);
+        unstated += found.registration.predicted_tre_mm(ERRORS.noise(), target).powi(2);
+    }
+    // 400 squares of about two degrees of freedom each: four deviations are 4 sqrt(2 / 800) = 0.2, of the root half.
+    let (ratio, before) = ((sum / predicted).sqrt(), (sum / unstated).sqrt());
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+    assert!(before > 1.5, "{before}");
+}
+
+#[test]
+fn stated_errors_that_are_none_are_refused() {
+    let (beads, touched) = touch(&[[0.0; 3], [60.0, 0.0, 0.0], [0.0, 80.0, 0.0], [10.0, 15.0, 50.0]]);
+    let good = Stated {
+        own: Matrix3::identity(),
+        shared: Matrix3::zeros(),
+    };
+    let refused = |stated: &[Stated]| match_stated(&beads, &touched, stated, &ERRORS).unwrap_err().to_string();
+    assert_eq!(refused(&[good; 3]), "3 stated errors for 4 touched points");
+    let mut skew = Matrix3::identity();
+    skew[(0, 1)] = 0.5;
+    for own in [-Matrix3::identity(), Matrix3::repeat(f64::NAN), skew] {
+        let error = refused(&[good, good, Stated { own, ..good }, good]);
+        assert!(error.starts_with("touched point 3: its covariance is none"), "{error}");
+    }
+    let shared = Matrix3::repeat(f64::INFINITY);
+    assert!(refused(&[Stated { shared, ..good }, good, good, good]).starts_with("touched point 1:"));
+    assert!(match_stated(&beads, &touched, &[good; 4], &ERRORS).is_ok());
+}
+
 /// Touched points of a layout given in the CT.
 fn touch(beads: &[[f64; 3]]) -> (Vec<Point<Ct>>, Vec<Point<Tracker>>) {
     let mut random = Random(9);

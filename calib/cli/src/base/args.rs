@@ -25,7 +25,10 @@ altogether, which takes ten touches or more in each groove:
   plane,112.41,-38.02,-1822.10
   groove 0,131.20,-12.75,-1840.66
 
-With the columns cxx,cxy,cxz,cyy,cyz,czz (mm^2) each touch has a covariance of its own, and weighs accordingly.
+With the columns cxx,cxy,cxz,cyy,cyz,czz (mm^2) each touch has a covariance of its own, and weighs accordingly. u1x to u3z, as \
+calib touch writes them, say which part of it all touches share, the error of the tip's calibration: what three normal numbers \
+of deviation 1, the same for all touches, move each by (mm). It stays in the error of the base however many touches there are; \
+without these columns touches count as independent, and the error told is too small.
 
 --drawing is the base as drawn, TOML; the normal points to the side that is touched, a groove is the line along its bottom, \
 the seat is where the tool sits, its origin at the tip:

@@ -10,7 +10,7 @@ use geometry::{Base, Frame, Marker, Point, Reference, Rigid, Tool, Tracker, Unce
 use nalgebra::{Matrix6, Vector6};
 
 use crate::bounds::Bounds;
-use crate::calibration::{BaseRecord, CalibrationFile, Gate, Kind, SeatDrawing, SeatRecord, ToolRecord};
+use crate::calibration::{BaseRecord, CalibrationFile, EMITTERS, Gate, Kind, SeatDrawing, SeatRecord, ToolRecord};
 use crate::commands::common::{
     Asked, CommandError, OutArgs, Outcome, OwnError, PosesArgs, recorded, recorded_text, verdict_text,
 };
@@ -279,7 +279,8 @@ impl SeatArgs {
              frames           {}, scatter {:.2} times their covariances, the farthest {:.1} deviations off\n\
              residuals        {:.4} mm rms of the tip at single frames\n\
              condition        {:.1} of the frames, {base_condition:.1} of the base\n\
-             tip error        {tip_error:.4} mm rms, with the base's and the seat's\n\n{}",
+             tip error        {tip_error:.4} mm rms, with the base's and the seat's\n\
+             emitters         {EMITTERS}\n\n{}",
             recorded_text(recording),
             found.frames,
             found.ratio,
@@ -304,6 +305,7 @@ impl SeatArgs {
                 worst_deviations: found.worst,
                 rms_mm: found.rms_mm,
                 condition: found.condition,
+                emitters: Some(EMITTERS.to_owned()),
             }),
             ..CalibrationFile::new(Kind::Tool, out.tool(), out.marker(), gates)
         };

@@ -8,12 +8,13 @@ use geometry::{Frame, Point};
 use crate::bundle::{COVARIANCE, covariance};
 use crate::input_files::columns::{Layout, Table, TableError};
 use crate::input_files::source::Source;
+use crate::live::{SHARED, shared};
 
 const LAYOUT: Layout = Layout {
     needed: &["x", "y", "z"],
-    optional: &[&["on"], &COVARIANCE],
+    optional: &[&["on"], &COVARIANCE, &SHARED],
     hint: "x,y,z and, optionally, on (plane, groove 0, groove 1, groove 2, or any name of a group to be found) and \
-           cxx,cxy,cxz,cyy,cyz,czz, in any order",
+           cxx,cxy,cxz,cyy,cyz,czz with u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z, in any order",
 };
 
 /// Touches by group.
@@ -79,6 +80,9 @@ impl<F: Frame> Touches<F> {
             if noisy {
                 groups[group].covariances.push(covariance(row)?);
             }
+            if table.has(SHARED[0]) {
+                groups[group].shared.push(shared(row)?);
+            }
         }
         let (count, sorted) = (rows.len(), table.has("on"));
         let touches = Self {
@@ -102,7 +106,10 @@ impl<F: Frame> Touches<F> {
         let group = |list: &Vec<usize>| {
             let covariances = list.iter().filter_map(|i| groups.covariances.get(*i).copied());
             let touches = list.iter().map(|i| groups.touches[*i]).collect();
-            Group::unlabelled(touches).with_covariances(covariances.collect())
+            let shared = list.iter().filter_map(|i| groups.shared.get(*i).copied());
+            Group::unlabelled(touches)
+                .with_covariances(covariances.collect())
+                .with_shared(shared.collect())
         };
         Ok(Self {
             names: FOUND.map(str::to_owned).into(),

@@ -1,14 +1,14 @@
 //! `calib match`: touched points to the beads of a CT, without being told which is which, and the registration of both.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
-use bead::matching::{Errors, Matched, match_beads};
+use bead::matching::{Errors, Matched, Stated, match_stated};
 use clap::Args;
 use geometry::{Ct, Point, Tracker};
 
 use super::error::BeadsError;
 use super::file::BeadsFile;
+use super::touch_noise::{noise_of, noise_text, pairing_text, stated};
 use super::volume::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
 use crate::input_files::points_text;
@@ -31,6 +31,10 @@ order does not matter; beads that nobody touched, false beads, and touched point
 Two pairs agree where the distances between the points differ by less than 4.5 deviations of such a difference. The \
 largest set of pairs that all agree, and whose residuals the errors explain, is registered. If another set fits as well \
 and places the patient elsewhere, both are named and nothing is written.
+
+Where the file of touches states their covariances, as that of calib touch does, each touch counts with its own, and \
+--touch-mm is how far a hand is off the point besides. What all touches share, the error of the tip's calibration (u1x to \
+u3z), stays in the result however many there are. Without covariances --touch-mm is the whole error of a touch. All pairs weigh the same.
 
 --ct reads the CT again and refuses beads of another one; --ct-hash does so by the hash alone. The file carries the hash, \
 and whoever uses it with another CT is refused. With --live or --scene the result must keep the scene's \
@@ -61,7 +65,8 @@ pub(crate) struct MatchArgs {
     ct_hash: Option<Name>,
     #[command(flatten)]
     read: ReadArgs,
-    /// Standard deviation of a touched point along each axis
+    /// How far a hand is off the point, a standard deviation along each axis; without covariances in TOUCHED the whole error of a
+    /// touch
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     touch_mm: Positive,
     /// Standard deviation of a bead's centre along each axis: the scanner's distortion, and what the skin moved since
@@ -112,17 +117,25 @@ impl MatchArgs {
         };
         // The frame's name is known at run time only; the tracker stands for it here.
         let touched: Vec<Point<Tracker>> = read.touched.iter().map(|p| point(p.mm)).collect();
-        let matched = match_beads(&read.centres, &touched, &self.errors()).map_err(|refused| BeadsError::Match {
+        let stated: Vec<Stated> = read.touched.iter().filter_map(stated).collect();
+        let matched = match_stated(&read.centres, &touched, &stated, &self.errors());
+        let matched = matched.map_err(|refused| BeadsError::Match {
             beads: self.beads.clone(),
             touched: self.touched.clone(),
             refused: Box::new(refused),
         })?;
-        let pairing = pairing_text(&matched, &read);
+        let noise = noise_of(&matched, &read.touched, &self.errors());
+        let pairing = noise_text(noise, self.touch_mm.0) + &pairing_text(&matched, &read.touched);
         let ct_hash = read.beads.ct_hash.clone();
         let input = input(&matched, read);
         let request = self.request(ct_hash, from, marker);
-        let solution = solve(&input.rows, &request.options, &input.names())?;
+        let mut solution = solve(&input.rows, &request.options, &input.names())?;
+        solution.by_pairs = matched.covariance;
+        solution.noise = matched.noise;
         let mut file = describe(&request, &input, &solution);
+        if let Some(record) = &mut file.noise {
+            record.touches = noise;
+        }
         let (judged, refused) = judge(&mut file, scened.as_ref())?;
         let encoded = file.to_json().map_err(serde_json::Error::io)?;
         let mut text = report::text(&file, true) + &pairing + &judged;
@@ -239,29 +252,4 @@ fn input(matched: &Matched<Tracker>, read: Read) -> Input {
         sources: vec![("beads", beads), ("touched", touched)],
         has_weights: false,
     }
-}
-
-/// Who is who, in words.
-fn pairing_text(matched: &Matched<Tracker>, read: &Read) -> String {
-    let mut text = String::from("\n");
-    let [found, most] = matched.chi_squared;
-    // Writing to a string does not fail.
-    let _ = writeln!(
-        text,
-        "pairing          the only one that fits: squared residuals over the noise are {found:.1}, up to {most:.1} is accepted"
-    );
-    for at in matched.without_bead() {
-        let touched = &read.touched[at];
-        let [x, y, z] = touched.mm;
-        let _ = writeln!(
-            text,
-            "no bead          line {}: the touched point {x}, {y}, {z} is on no bead",
-            touched.line
-        );
-    }
-    if !matched.untouched.is_empty() {
-        let numbers: Vec<String> = matched.untouched.iter().map(|bead| (bead + 1).to_string()).collect();
-        let _ = writeln!(text, "not touched      beads {}", numbers.join(", "));
-    }
-    text
 }

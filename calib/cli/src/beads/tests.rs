@@ -111,6 +111,58 @@ fn beads_are_found_matched_and_checked() {
     );
 }
 
+/// The covariances in a file of touches were passed over: each touch was taken to be off by `--touch-mm` alone.
+#[test]
+fn match_counts_what_the_file_of_touches_states() {
+    let folder = TempDir::new().unwrap();
+    let (beads, touched) = (path(&folder, "b.json"), path(&folder, "t.csv"));
+    calib(&format!("calib beads ct.mha --out {beads}")).unwrap();
+    let registered = |columns: &str, error: &str, more: &str| {
+        let row = |[x, y, z]: &[f64; 3]| format!("a,{},{x},{z}{error}\n", -y);
+        let rows: String = BEADS.iter().map(row).collect();
+        fs::write(&touched, format!("on,x,y,z{columns}\n{rows}")).unwrap();
+        calib(&format!("calib match {beads} {touched} --target 20,20,20 --json{more}")).map(|outcome| {
+            let file: serde_json::Value = serde_json::from_str(&outcome.text).unwrap();
+            let at = |point: &str| {
+                file["predicted_tre"][point.parse::<usize>().unwrap()]["rms_mm"]
+                    .as_f64()
+                    .unwrap()
+            };
+            ([at("0"), at("1")], file["noise"].clone())
+        })
+    };
+    const C: &str = ",cxx,cxy,cxz,cyy,cyz,czz";
+    const U: &str = ",u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z";
+    let (plain, noise) = registered("", "", "").unwrap();
+    assert!(noise["touches"].is_null(), "{noise}");
+    // 0.3 mm of the hand, 0.1 mm of the bead and 0.4 mm of the file, along each axis: sqrt(0.26 / 0.1) times as much.
+    let (own, noise) = registered(C, ",0.16,0,0,0.16,0,0.16", "").unwrap();
+    for (own, plain) in own.iter().zip(plain) {
+        assert!((own / plain - 2.6_f64.sqrt()).abs() < 1e-9, "{own} {plain}");
+    }
+    assert_eq!(noise["touches"]["shared_mm"], serde_json::Value::Null);
+    let sigma = |noise: &serde_json::Value| noise["sigma_mm"].as_f64().unwrap();
+    assert!((sigma(&noise) - 0.26_f64.sqrt()).abs() < 1e-12, "{noise}");
+    // All of it shared: 0.4 mm along each axis at the centre, however many touches there are.
+    let all = format!("{C}{U}");
+    let (shared, noise) = registered(&all, ",0.16,0,0,0.16,0,0.16,0.4,0,0,0,0.4,0,0,0,0.4", "").unwrap();
+    let expected = (plain[0] * plain[0] + 3.0 * 0.16).sqrt();
+    assert!((shared[0] - expected).abs() < 1e-9, "{shared:?} {expected}");
+    assert!(
+        (noise["touches"]["shared_mm"].as_f64().unwrap() - 0.4).abs() < 1e-12,
+        "{noise}"
+    );
+    let (hand, _) = registered(C, ",0.16,0,0,0.16,0,0.16", " --touch-mm 0.2").unwrap();
+    assert!((hand[0] / plain[0] - (0.21_f64 / 0.1).sqrt()).abs() < 1e-9, "{hand:?}");
+    for (columns, error) in [
+        (C, ",-1,0,0,1,0,1"),
+        (all.as_str(), ",0.16,0,0,0.16,0,0.16,0.5,0,0,0,0.4,0,0,0,0.4"),
+    ] {
+        let refused = registered(columns, error, "").unwrap_err();
+        assert!(refused.contains("touched point 1: its covariance is none"), "{refused}");
+    }
+}
+
 #[test]
 fn wrong_files_are_refused_by_name() {
     let folder = TempDir::new().unwrap();

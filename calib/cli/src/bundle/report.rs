@@ -66,8 +66,12 @@ pub(super) fn text(frames: &Frames, found: &Bundle, record: &MarkerRecord, drawi
     );
     line!(
         text,
-        "error            {:.4} mm rms of the places by their covariance, once the marker is laid on the true one",
+        "error            {:.4} mm rms of the places by their covariance, once the marker is laid on the true one;",
         found.predicted_rms_mm()
+    );
+    line!(
+        text,
+        "                 it is in no covariance of what is calibrated with this marker, nor of its poses: keep it small"
     );
     line!(text, "condition        {:.1}", found.condition);
     left_out(&mut text, record);

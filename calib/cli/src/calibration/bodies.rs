@@ -151,4 +151,7 @@ pub struct SeatRecord {
     /// Ratio of the largest deviation of any motion of the marker in the frames' mean to the least.
     #[serde(default)]
     pub condition: f64,
+    /// That the marker's emitters are taken as exact, in words; absent in files of before, of which it is true too.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub emitters: Option<String>,
 }

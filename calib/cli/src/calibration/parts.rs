@@ -116,6 +116,10 @@ impl Gate {
     }
 }
 
+/// What the covariance of a tip or a tool leaves out: the marker's emitters are off the places that poses were solved with, by the error
+/// that `calib marker` states, the same in all poses.
+pub(crate) const EMITTERS: &str = "taken as exact: the error of their places is not in the covariance";
+
 /// A pivot calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PivotRecord {
@@ -152,6 +156,9 @@ pub struct PivotRecord {
     pub noise_estimated: PoseNoiseRecord,
     /// The motion of the inliers.
     pub coverage: CoverageRecord,
+    /// That the marker's emitters are taken as exact, in words; absent in files of before, of which it is true too.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub emitters: Option<String>,
     /// Where the methods disagree by more than their errors: how, in words.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub disagreement: Option<String>,

@@ -16,7 +16,7 @@ use super::pivot_report::{self, Solution};
 use super::told::told;
 use super::tool::tool_frame;
 use crate::bounds::Bounds;
-use crate::calibration::{CalibrationFile, CoverageRecord, Gate, Kind, PivotRecord, ToolRecord};
+use crate::calibration::{CalibrationFile, CoverageRecord, EMITTERS, Gate, Kind, PivotRecord, ToolRecord};
 use crate::live::{FollowMarkers, Lacks, LiveArgs, Run};
 use crate::poses::Recording;
 use crate::scene_context::SceneContext;
@@ -335,6 +335,7 @@ fn record(found: &Pivot<Tracker, Marker>, noise: PoseNoise, each: bool, needed_r
         noise_assumed: noise.into(),
         noise_estimated: found.estimated.into(),
         coverage: CoverageRecord::new(&found.coverage, advice),
+        emitters: Some(EMITTERS.to_owned()),
         disagreement: None,
     }
 }

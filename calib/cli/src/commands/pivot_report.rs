@@ -4,7 +4,7 @@ use calib::pivot::{Method, Pivot, Refused, apart};
 use geometry::{Marker, Tracker};
 
 use super::common::{recorded_text, verdict_text};
-use crate::calibration::{Gate, PivotRecord, ToolRecord};
+use crate::calibration::{EMITTERS, Gate, PivotRecord, ToolRecord};
 use crate::poses::Recording;
 use crate::text::line;
 
@@ -27,6 +27,7 @@ pub(super) fn text(
         line!(text, "warning          {disagreement}\n");
     }
     quality(&mut text, found, record);
+    line!(text, "emitters         {EMITTERS}");
     slipped(&mut text, found);
     text.push('\n');
     text + &verdict_text(gates)

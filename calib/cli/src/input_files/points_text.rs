@@ -4,12 +4,28 @@ use crate::input_files::fields;
 use crate::input_files::source::Source;
 use crate::register::input_error::{InputError, MAX_PAIRS, Place};
 
+use nalgebra::Matrix3;
+
 /// A point and the line it stands in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Point {
     pub(crate) line: usize,
     pub(crate) mm: [f64; 3],
+    /// Of a file of touches that has it.
+    pub(crate) error: Option<StatedError>,
 }
+
+/// What a file of touches states of a point's error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StatedError {
+    /// `cxx` to `czz`, mm^2.
+    pub(crate) covariance: Matrix3<f64>,
+    /// `u1x` to `u3z`, mm: the part of it that all touches share; `None` where the file does not tell.
+    pub(crate) shared: Option<Matrix3<f64>>,
+}
+
+const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
+const SHARED: [&str; 9] = ["u1x", "u1y", "u1z", "u2x", "u2y", "u2z", "u3x", "u3y", "u3z"];
 
 /// Reads the points of a file.
 pub(crate) fn read(source: &Source) -> Result<Vec<Point>, InputError> {
@@ -38,6 +54,8 @@ pub(crate) fn read(source: &Source) -> Result<Vec<Point>, InputError> {
 /// The columns of a file of touches.
 struct Columns {
     at: [usize; 3],
+    covariance: Option<[usize; 6]>,
+    shared: Option<[usize; 9]>,
     count: usize,
 }
 
@@ -47,22 +65,40 @@ fn is_header(text: &str) -> bool {
 }
 
 fn columns(source: &Source, line: usize, text: &str) -> Result<Columns, InputError> {
-    let names = fields::plain(text);
-    let find = |name| names.iter().position(|field| field.text == name);
-    match (find("x"), find("y"), find("z")) {
-        (Some(x), Some(y), Some(z)) => Ok(Columns {
-            at: [x, y, z],
-            count: names.len(),
-        }),
-        _ => Err(InputError::Ragged {
-            path: source.path.clone(),
-            line,
-            column: 1,
-            found: names.len(),
-            expected: 3,
-            names: "the columns x, y and z among others".to_owned(),
-        }),
+    let names: Vec<_> = fields::plain(text).iter().map(|field| field.text.clone()).collect();
+    let incomplete = |expected, names_expected: &str| InputError::Ragged {
+        path: source.path.clone(),
+        line,
+        column: 1,
+        found: names.len(),
+        expected,
+        names: names_expected.to_owned(),
+    };
+    let at = all(&names, ["x", "y", "z"]).ok_or_else(|| incomplete(3, "the columns x, y and z among others"))?;
+    let (covariance, shared) = (all(&names, COVARIANCE), all(&names, SHARED));
+    // A part of a covariance is none, and to pass it over would make the point as exact as if it had none.
+    let begun = |group: &[&str]| group.iter().any(|name| names.iter().any(|found| found == name));
+    if covariance.is_none() && (begun(&COVARIANCE) || begun(&SHARED)) {
+        return Err(incomplete(10, "all of cxx,cxy,cxz,cyy,cyz,czz, or none"));
     }
+    if shared.is_none() && begun(&SHARED) {
+        return Err(incomplete(19, "all of u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z, or none"));
+    }
+    Ok(Columns {
+        at,
+        covariance,
+        shared,
+        count: names.len(),
+    })
+}
+
+/// Where these columns are, where all are there.
+fn all<T: AsRef<str>, const N: usize>(names: &[T], wanted: [&str; N]) -> Option<[usize; N]> {
+    let mut at = [0; N];
+    for (place, name) in at.iter_mut().zip(wanted) {
+        *place = names.iter().position(|found| found.as_ref() == name)?;
+    }
+    Some(at)
 }
 
 fn point(source: &Source, line: usize, text: &str, columns: Option<&Columns>) -> Result<Point, InputError> {
@@ -81,10 +117,9 @@ fn point(source: &Source, line: usize, text: &str, columns: Option<&Columns>) ->
         });
     }
     let at = columns.map_or([0, 1, 2], |columns| columns.at);
-    let mut mm = [0.0; 3];
-    for ((value, i), name) in mm.iter_mut().zip(at).zip(["x", "y", "z"]) {
+    let number = |i: usize, name: &str| {
         let field = &fields[i];
-        *value = fields::coordinate(&field.text).map_err(|bad| {
+        fields::coordinate(&field.text).map_err(|bad| {
             let place = Place {
                 path: source.path.clone(),
                 line,
@@ -92,9 +127,38 @@ fn point(source: &Source, line: usize, text: &str, columns: Option<&Columns>) ->
                 name: name.to_owned(),
             };
             InputError::number(bad, place, &field.text)
-        })?;
+        })
+    };
+    let mut mm = [0.0; 3];
+    for ((value, i), name) in mm.iter_mut().zip(at).zip(["x", "y", "z"]) {
+        *value = number(i, name)?;
     }
-    Ok(Point { line, mm })
+    let error = columns.map(|columns| error(columns, number)).transpose()?.flatten();
+    Ok(Point { line, mm, error })
+}
+
+/// The columns of the error.
+fn error(
+    columns: &Columns,
+    number: impl Fn(usize, &str) -> Result<f64, InputError>,
+) -> Result<Option<StatedError>, InputError> {
+    let Some(at) = columns.covariance else { return Ok(None) };
+    let mut c = [0.0; 6];
+    for ((value, i), name) in c.iter_mut().zip(at).zip(COVARIANCE) {
+        *value = number(i, name)?;
+    }
+    let [xx, xy, xz, yy, yz, zz] = c;
+    let mut shared = columns.shared.map(|_| Matrix3::zeros());
+    if let (Some(matrix), Some(at)) = (&mut shared, columns.shared) {
+        // By columns, as the names go and as the matrix stores them.
+        for ((value, i), name) in matrix.iter_mut().zip(at).zip(SHARED) {
+            *value = number(i, name)?;
+        }
+    }
+    Ok(Some(StatedError {
+        covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+        shared,
+    }))
 }
 
 #[cfg(test)]
@@ -116,9 +180,11 @@ mod tests {
 
     #[test]
     fn the_columns_of_touches_are_read_by_their_names() {
-        let text = "# of a pointer\non,x,y,z,cxx,cxy\nbead-1,1,-2,0.5,0.1,0\nbead-2,4,5,6,0.1,0\n";
+        let text = "# of a pointer\non,x,y,z,other\nbead-1,1,-2,0.5,0.1\nbead-2,4,5,6,0.1\n";
         assert_eq!(parse(text), Ok(vec![[1.0, -2.0, 0.5], [4.0, 5.0, 6.0]]));
         for (text, words) in [
+            ("on,x,y,z,cxx,cxy\n", "all of cxx,cxy,cxz,cyy,cyz,czz, or none"),
+            ("on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,u1x\n", "all of u1x,u1y"),
             (
                 "on,x,y\na,1,2\n",
                 "line 1, column 1: 3 fields, expected 3 (the columns x, y and z",
@@ -129,6 +195,23 @@ mod tests {
             let error = parse(text).unwrap_err();
             assert!(error.contains(words), "{error}");
         }
+    }
+
+    #[test]
+    fn the_error_of_a_touch_is_read() {
+        let text = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z\n\
+                    a,1,2,3,4,5,6,7,8,9,11,12,13,21,22,23,31,32,33\n";
+        let read = |text: &str| super::read(&Source::from_bytes(Path::new("p.txt"), text.into()).unwrap()).unwrap()[0];
+        let error = read(text).error.unwrap();
+        assert_eq!(
+            error.covariance,
+            Matrix3::new(4.0, 5.0, 6.0, 5.0, 7.0, 8.0, 6.0, 8.0, 9.0)
+        );
+        let by_columns = Matrix3::new(11.0, 21.0, 31.0, 12.0, 22.0, 32.0, 13.0, 23.0, 33.0);
+        assert_eq!(error.shared, Some(by_columns));
+        let old = read("on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz\na,1,2,3,4,5,6,7,8,9\n");
+        assert_eq!(old.error.map(|error| error.shared), Some(None));
+        assert_eq!(read("1 2 3\n").error, None);
     }
 
     #[test]

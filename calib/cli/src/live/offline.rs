@@ -65,7 +65,7 @@ impl HeardPoses {
         let (file, tip_in_marker) = tip_in(tip)?;
         file.of_tool(tip, "run", tool).map_err(CommandError::from)?;
         let touch = touched(name, &self.listened(), &tip_in_marker, MostMotion::USUAL, seconds)?;
-        add_of(to, (name, tool, frame), &tip_in_marker, &touch.place)?;
+        add_of(to, (name, tool, frame), &tip_in_marker, (&touch.place, &touch.shared))?;
         Ok(touch.place)
     }
 

@@ -25,6 +25,9 @@ impl MostMotion {
 pub(crate) struct Touched {
     /// In the frame of the poses; its covariance has the noise of the emitters over all poses and the tip's calibration.
     pub(crate) place: UncertainPoint<Tracker>,
+    /// The calibration's part of that: what three normal numbers of deviation 1, the same for all touches with this calibration,
+    /// move the place by, a column for each, mm.
+    pub(crate) shared: Matrix3<f64>,
     /// The largest distance between the mean places of the three thirds of the time.
     pub(crate) moved_mm: f64,
     /// The scatter of single poses over that of their covariances.
@@ -67,15 +70,26 @@ pub(crate) fn touched(
             most_mm,
         });
     }
-    let calibrated =
-        (heard.poses[heard.poses.len() / 2].transform() * *marker_from_tool) * Point::<Tool>::new(0.0, 0.0, 0.0);
+    let pose = heard.poses[heard.poses.len() / 2].transform();
+    let calibrated = *marker_from_tool * Point::<Tool>::new(0.0, 0.0, 0.0);
+    let shared = Matrix3::from(pose.rotation().matrix()) * root(calibrated.covariance());
+    let whole = own + shared * shared.transpose();
     Ok(Touched {
-        place: UncertainPoint::new(mean, own + calibrated.covariance())?,
+        place: UncertainPoint::new(mean, (whole + whole.transpose()) * 0.5)?,
+        shared,
         moved_mm,
         noise_ratio: ratio.sqrt(),
         rms_mm: (scatter / count).sqrt(),
         poses: heard.poses.len(),
     })
+}
+
+/// A root `U` of a covariance, `U U^T`: its principal axes, each as long as its deviation.
+fn root(covariance: Matrix3<f64>) -> Matrix3<f64> {
+    let eigen = covariance.symmetric_eigen();
+    // Of a covariance of less than full rank rounding may leave a variance below zero.
+    let deviations = eigen.eigenvalues.map(|variance| variance.max(0.0).sqrt());
+    eigen.eigenvectors * Matrix3::from_diagonal(&deviations)
 }
 
 /// Refuses what is too little for a mean.
@@ -122,7 +136,7 @@ fn moved(tips: &[UncertainPoint<Tracker>]) -> f64 {
 mod tests {
     use super::*;
     use geometry::Rigid;
-    use nalgebra::{Matrix6, Vector6};
+    use nalgebra::{Matrix6, Vector3, Vector6};
 
     /// Deterministic noise, even between -1 and 1: its variance is a third.
     fn noise(i: usize) -> f64 {
@@ -171,6 +185,12 @@ mod tests {
         // The scatter may raise the first part by a tenth.
         assert!(
             (found.place.covariance()[(0, 0)] / expected - 1.0).abs() < 0.01,
+            "{found:?}"
+        );
+        // What all touches share is the calibration's, turned into the frame of the touch.
+        let calibrated = Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.02));
+        assert!(
+            (found.shared * found.shared.transpose() - calibrated).amax() < 1e-15,
             "{found:?}"
         );
     }

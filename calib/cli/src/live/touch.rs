@@ -17,7 +17,9 @@ use crate::values::{Name, Positive};
 
 pub(crate) const TOUCH_HELP: &str = "\
 Hold the tip on the point and still. The mean place of the tip over --seconds is added to the file --to, with its name and \
-its covariance: that of the emitters' noise over all poses, and that of the tip's calibration.
+its covariance (cxx to czz): that of the emitters' noise over all poses, and that of the tip's calibration. The second, which no \
+number of touches makes less, is told apart (u1x to u3z: what three normal numbers of deviation 1, the same for all touches of the \
+file, move the place by). How far the hand is off the point is in neither.
 
 The tip is that of the run: of the file that the scene's [tracker.calibration] names, or of the scene itself. --tip names \
 another pivot or tool calibration. Places are in the frame of the marker on the patient where the scene has one, else in \
@@ -111,7 +113,7 @@ impl TouchArgs {
             return Err(LiveError::Gates { name, why }.into());
         }
         let of = touches::comment(&run.scened.scene.tool.name, run.against.name(), &tip);
-        let count = touches::add(&self.to, self.name.as_str(), &of, &touch.place, &gates)?;
+        let count = touches::add(&self.to, self.name.as_str(), &of, (&touch.place, &touch.shared), &gates)?;
         let text = report(self.name.as_str(), &touch, run.against.name()) + &gates_text(&gates);
         Ok(Outcome {
             text: text + &format!("\nadded to {}, touch {count}\n", self.to.display()),
@@ -148,7 +150,7 @@ impl TouchArgs {
                 &self.to,
                 &dwelt.name,
                 &touches::comment(&tool, &frame, &tip),
-                &dwelt.touch.place,
+                (&dwelt.touch.place, &dwelt.touch.shared),
                 &[],
             )?;
             text += &format!("{:.2} to {:.2} s\n", dwelt.from_s, dwelt.to_s);

@@ -7,11 +7,26 @@ use nalgebra::Matrix3;
 
 use super::LiveError;
 use crate::calibration::Gate;
+use crate::input_files::columns::{Row, TableError};
 use crate::input_files::source::Source;
 use crate::store;
 use crate::values::Name;
 
-const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz";
+const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z";
+
+/// Columns that say what all touches of a file share, the error of the tip's calibration: what three normal numbers of deviation 1,
+/// the same for all, move the place by, mm. It is in the covariance `cxx` to `czz` too.
+pub(crate) const SHARED: [&str; 9] = ["u1x", "u1y", "u1z", "u2x", "u2y", "u2z", "u3x", "u3y", "u3z"];
+
+/// These of a row of a table that has them.
+pub(crate) fn shared(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
+    let columns = [["u1x", "u1y", "u1z"], ["u2x", "u2y", "u2z"], ["u3x", "u3y", "u3z"]];
+    let mut shared = Matrix3::zeros();
+    for (k, names) in columns.into_iter().enumerate() {
+        shared.set_column(k, &row.point(names)?.into());
+    }
+    Ok(shared)
+}
 
 /// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
 /// calibration are places of another tip.
@@ -63,10 +78,12 @@ pub(crate) fn read_touches(path: &Path) -> Result<Vec<(String, UncertainPoint<Tr
     for (_, row) in source.rows().skip(1) {
         let (name, numbers) = row.split_once(',').ok_or_else(|| other("a line has no columns"))?;
         let numbers: Result<Vec<f64>, _> = numbers.split(',').map(str::parse).collect();
-        let [x, y, z, xx, xy, xz, yy, yz, zz] = numbers
-            .ok()
-            .and_then(|numbers| <[f64; 9]>::try_from(numbers).ok())
-            .ok_or_else(|| other("a line has not nine numbers behind its name"))?;
+        let numbers = numbers.unwrap_or_default();
+        // With what all touches share, or without.
+        let ([x, y, z, xx, xy, xz, yy, yz, zz, ..], 9 | 18) = (&numbers[..], numbers.len()) else {
+            return Err(other("a line has neither 9 nor 18 numbers behind its name"));
+        };
+        let [x, y, z, xx, xy, xz, yy, yz, zz] = [*x, *y, *z, *xx, *xy, *xz, *yy, *yz, *zz];
         let covariance = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         touches.push((name.to_owned(), UncertainPoint::new(Point::new(x, y, z), covariance)?));
     }
@@ -79,7 +96,7 @@ pub(super) fn add(
     path: &Path,
     name: &str,
     comment: &str,
-    place: &UncertainPoint<Tracker>,
+    (place, shared): (&UncertainPoint<Tracker>, &Matrix3<f64>),
     gates: &[Gate],
 ) -> Result<usize, LiveError> {
     let (mut text, before) = match path.symlink_metadata() {
@@ -98,7 +115,8 @@ pub(super) fn add(
         c[(1, 2)],
         c[(2, 2)],
     ];
-    let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    // By columns, as they are stored.
+    let numbers: Vec<String> = numbers.iter().chain(shared.iter()).map(f64::to_string).collect();
     for gate in gates {
         text += &format!("# {}: {}\n", gate.words(), gate.found_words());
     }
@@ -112,7 +130,7 @@ pub(super) fn add_of<F>(
     path: &Path,
     (name, tool, frame): (&str, &str, &str),
     tip: &Uncertain<Marker, F>,
-    place: &UncertainPoint<Tracker>,
+    place: (&UncertainPoint<Tracker>, &Matrix3<f64>),
 ) -> Result<usize, LiveError> {
     add(path, name, &comment(tool, frame, tip), place, &[])
 }
@@ -166,18 +184,22 @@ mod tests {
         assert_ne!(of(100.0), of(100.0 + 1e-9));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
-        let at = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
-        add(&path, "a", &of(100.0), &at, &[]).unwrap();
-        let error = add(&path, "b", &of(102.0), &at, &[]).unwrap_err().to_string();
+        let place = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
+        let shared = Matrix3::new(0.5, 0.0, 0.25, 0.0, 0.125, 0.0, 0.0, 0.0, 0.0);
+        let at = (&place, &shared);
+        add(&path, "a", &of(100.0), at, &[]).unwrap();
+        let error = add(&path, "b", &of(102.0), at, &[]).unwrap_err().to_string();
         assert!(error.contains("its touches are of"), "{error}");
-        assert_eq!(add(&path, "b", &of(100.0), &at, &[]).unwrap(), 2);
+        assert_eq!(add(&path, "b", &of(100.0), at, &[]).unwrap(), 2);
     }
 
     #[test]
     fn touches_are_added_and_touches_of_something_else_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
-        let at = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
+        let place = UncertainPoint::new(Point::new(1.5, -2.0, 1900.25), Matrix3::identity() * 0.25).unwrap();
+        let shared = Matrix3::new(0.5, 0.0, 0.25, 0.0, 0.125, 0.0, 0.0, 0.0, 0.0);
+        let at = (&place, &shared);
         let gate = Gate {
             name: "max-rms-mm".to_owned(),
             limit: 0.5,
@@ -185,19 +207,19 @@ mod tests {
             kept: true,
             of: Some("tracker.calibration.gates of run or".to_owned()),
         };
-        assert_eq!(add(&path, "a", &comment("scope", "tracker"), &at, &[]).unwrap(), 1);
-        assert_eq!(add(&path, "b", &comment("scope", "tracker"), &at, &[gate]).unwrap(), 2);
+        assert_eq!(add(&path, "a", &comment("scope", "tracker"), at, &[]).unwrap(), 1);
+        assert_eq!(add(&path, "b", &comment("scope", "tracker"), at, &[gate]).unwrap(), 2);
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(
             text,
             format!(
-                "{}\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n\
+                "{}\n{HEADER}\na,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25,0.5,0,0,0,0.125,0,0.25,0,0\n\
                  # max_rms_mm 0.5 (tracker.calibration.gates of run or): found 0.2500\n\
-                 b,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25\n",
+                 b,1.5,-2,1900.25,0.25,0,0,0.25,0,0.25,0.5,0,0,0,0.125,0,0.25,0,0\n",
                 comment("scope", "tracker")
             )
         );
-        let error = add(&path, "c", &comment("scope", "reference"), &at, &[])
+        let error = add(&path, "c", &comment("scope", "reference"), at, &[])
             .unwrap_err()
             .to_string();
         assert!(
@@ -205,7 +227,7 @@ mod tests {
             "{error}"
         );
         std::fs::write(&path, "# in the tracker\nx,y,z\n1,2,3\n").unwrap();
-        let error = add(&path, "c", "# in the tracker", &at, &[]).unwrap_err().to_string();
+        let error = add(&path, "c", "# in the tracker", at, &[]).unwrap_err().to_string();
         assert!(error.contains("its columns are not on,x"), "{error}");
     }
 

@@ -122,13 +122,31 @@ pub struct Certificate {
     pub error_bound_rad: Option<f64>,
 }
 
-/// Isotropic noise of a pair of mean weight.
+/// Noise of a pair of mean weight.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
-    /// Standard deviation along each axis, mm.
+    /// Standard deviation along each axis, mm; root mean square of the pairs' where each has its own.
     pub sigma_mm: f64,
     /// From the residuals; else it was given.
     pub estimated: bool,
+    /// What it is made of where touches state their errors: covariance and predicted TRE then rest on those of each touch.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub touches: Option<TouchNoise>,
+}
+
+/// The parts of the error of touched points: standard deviations along an axis, root mean square of all pairs, mm. Their squares add
+/// up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TouchNoise {
+    /// As the file of touches states it, for each touch by itself: the noise of its poses.
+    pub own_mm: f64,
+    /// What all touches share, the error of the tip's calibration; `null` where the file does not tell it apart, and it is in
+    /// `own_mm` as if it were each touch's own.
+    pub shared_mm: Option<f64>,
+    /// How far a hand is off the point: `--touch-mm`.
+    pub hand_mm: f64,
+    /// Of a bead's centre: `--bead-mm`.
+    pub bead_mm: f64,
 }
 
 /// An error to be expected at a point.

@@ -1,7 +1,8 @@
 //! From the pairs that were read to the registration, by the options of the command line.
 
-use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scaled, register, register_robust};
+use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scaled, register, register_robust, rms_at};
 use geometry::{Frame, Point};
+use nalgebra::Matrix6;
 
 use crate::refusal::NoRegistration;
 use crate::register::row::Row;
@@ -49,6 +50,8 @@ pub(crate) struct Solution {
     pub(crate) weights: Vec<f64>,
     pub(crate) inliers: Option<Vec<bool>>,
     pub(crate) noise: Noise,
+    /// The covariance where errors are known pair by pair; else it is by `noise`.
+    pub(crate) by_pairs: Option<Matrix6<f64>>,
 }
 
 /// Why there is no solution.
@@ -122,6 +125,7 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
         weights,
         inliers,
         noise,
+        by_pairs: None,
     })
 }
 
@@ -176,6 +180,19 @@ impl Options {
 }
 
 impl Solution {
+    /// Covariance of the transform; `None` where the points lie on a line to rounding.
+    pub(crate) fn covariance(&self) -> Option<Matrix6<f64>> {
+        self.by_pairs.or_else(|| self.registration.covariance(self.noise))
+    }
+
+    /// Root mean square error predicted at a point of `To`, mm.
+    pub(crate) fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
+        match &self.by_pairs {
+            Some(covariance) => rms_at(covariance, target),
+            None => self.registration.predicted_tre_mm(self.noise, target),
+        }
+    }
+
     /// `to_from_from` as a 4 x 4 matrix, the scale in its rotation part.
     pub(crate) fn matrix(&self) -> [[f64; 4]; 4] {
         let transform = &self.registration.fit.transform;

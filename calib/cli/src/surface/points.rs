@@ -9,6 +9,7 @@ use surface_registration::{Beam, BeamNoise, Points, SharedError, SurfacePoint};
 use super::error::SurfaceCommandError;
 use crate::input_files::columns::{Layout, Row, Table, TableError};
 use crate::input_files::source::Source;
+use crate::live::SHARED;
 use crate::register::solve::From;
 
 const BEAM: [&str; 3] = ["beam_x", "beam_y", "beam_z"];
@@ -24,6 +25,7 @@ const LAYOUT: Layout = Layout {
         &["on"],
         &["sigma"],
         &COVARIANCE,
+        &SHARED,
         &NOISE,
         &BEAM,
         &ACROSS,

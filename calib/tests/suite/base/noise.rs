@@ -148,3 +148,66 @@ fn what_is_no_covariance_is_refused() {
         assert_eq!(with(list), Refused::BadNoise { group: 2, touch: 4 });
     }
 }
+
+/// Touches with one tip share its error: with it taken as each touch's own the base promised more than was true, the more touches
+/// the more.
+#[test]
+fn what_touches_share_is_in_the_covariance_however_many_there_are() {
+    const TRIALS: usize = 2000;
+    let drawing = uneven();
+    for (counts, seed) in [([10, 6], 41), ([60, 40], 42)] {
+        let touching = Touching {
+            drawing: &drawing,
+            tip_radius: 0.0,
+            sigma: 0.0,
+            counts,
+        };
+        let mut random = Random::new(seed);
+        let truth = pose(&mut random);
+        let exact = touching.groups(&mut random, truth);
+        let centre = truth * Point::<Base>::new(0.0, 0.0, 0.0);
+        let c = Vector::<Tracker>::new(centre.mm()[0], centre.mm()[1], centre.mm()[2]);
+        let (mut nees, mut alone) = (0.0, 0.0);
+        for _ in 0..TRIALS {
+            let z = Vector3::new(random.normal(), random.normal(), random.normal());
+            let groups: Vec<Group<Tracker>> = exact.iter().map(|g| shared(&mut random, g, z)).collect();
+            let found = locate(&drawing, &groups, &Options::new(SIGMA)).unwrap();
+            let e = error(truth, found.place.transform());
+            let [x, y, w] = (Vector::<Tracker>::new(e[3], e[4], e[5]) + Vector::new(e[0], e[1], e[2]).cross(c)).mm();
+            let e = Vector6::new(e[0], e[1], e[2], x, y, w);
+            let square = |found: &Located<Tracker>| {
+                let covariance = found.place.covariance_about(centre);
+                e.dot(&covariance.cholesky().unwrap().solve(&e)) / TRIALS as f64
+            };
+            nees += square(&found);
+            let apart: Vec<Group<Tracker>> = groups.iter().map(|g| g.clone().with_shared(Vec::new())).collect();
+            alone += square(&locate(&drawing, &apart, &Options::new(SIGMA)).unwrap());
+        }
+        // Of chi-squared of six: five deviations of a mean of 2000, and a hundredth for the second order.
+        assert!(
+            (nees - 6.0).abs() < 5.0 * (12.0 / TRIALS as f64).sqrt() + 0.06,
+            "{counts:?}: {nees}"
+        );
+        assert!(alone > 9.0, "{counts:?}: {alone}");
+    }
+}
+
+/// The touches of a group with noise of their own, and with a tip that is off by `z` deviations, held a little differently each time.
+fn shared(random: &mut Random, exact: &Group<Tracker>, z: Vector3<f64>) -> Group<Tracker> {
+    let (mut touches, mut covariances, mut moves) = (Vec::new(), Vec::new(), Vec::new());
+    for p in &exact.touches {
+        let axis = Vector3::new(random.signed(), random.signed(), random.signed()) * 0.4;
+        let u = nalgebra::Rotation3::new(axis).matrix() * Matrix3::from_diagonal(&Vector3::new(0.15, 0.1, 0.2));
+        let own = depth(random);
+        let [x, y, w] = (u * z).into();
+        touches.push(disturbed(random, *p, &own) + Vector::new(x, y, w));
+        covariances.push(own + u * u.transpose());
+        moves.push(u);
+    }
+    Group {
+        touches,
+        ..exact.clone()
+    }
+    .with_covariances(covariances)
+    .with_shared(moves)
+}
