@@ -25,6 +25,9 @@ const BASE: &str =
 /// The tool's name, and its length from the tip to the handle, mm.
 pub(crate) const TOOL: &str = "mediastinoscope";
 pub(crate) const LENGTH_MM: f64 = 180.0;
+/// Where the marker on the patient sits, as a scene has it that says nothing of it, and about what it is turned there: 2, 3 and 6 sevenths.
+const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
+const REFERENCE_AXIS: [f64; 3] = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
 /// The diameter of a hand that comes between, mm.
 const HAND_MM: f64 = 45.0;
 
@@ -190,14 +193,16 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
     // What a seed of a scene may be is bounded by TOML's integers.
     let mut text = format!(
         "seed = {}\n[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"operating-room\"\nrate_hz = {}\n\
-         [tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}\
+         {}[tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}ct_from_reference = {}\n\
          [tracker.room.localizer]\nacross_mm = {}\ndepth_mm = {}\n\
          [tracker.room.practice]\ndivot_ct_mm = [{x}, {y}, {z}]\nct_from_base = {{ {BASE} }}\ntouch_error_mm = {}\ntremor_mm = {}\n",
         seed >> 1,
         localizer.rate_hz,
+        standing(dials),
         marker.cone_deg,
         ball(dials),
         reference_text("tracker.room", dials),
+        pose(REFERENCE_AXIS, dials.reference_deg, REFERENCE_MM),
         localizer.across_mm,
         localizer.depth_mm,
         touch.error_mm,
@@ -214,13 +219,30 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
     text
 }
 
+/// Where the localizer stands, as a scene says it of the axes that its places are told in.
+fn standing(dials: &Dials) -> String {
+    let pose = pose([0.0, 0.0, 1.0], dials.localizer.turned_deg, dials.localizer.moved_mm);
+    format!("ct_from_tracker = {pose}\n")
+}
+
+/// A pose as a scene has it, of a turn about an axis of length 1.
+fn pose(axis: [f64; 3], deg: f64, [x, y, z]: [f64; 3]) -> String {
+    let (sin, cos) = (0.5 * deg.to_radians()).sin_cos();
+    let [a, b, c] = axis.map(|part| sin * part);
+    format!("{{ quaternion = [{cos:?}, {a:?}, {b:?}, {c:?}], translation_mm = [{x:?}, {y:?}, {z:?}] }}")
+}
+
 /// The marker on the patient, as it was drawn.
 pub(crate) fn reference_text(table: &str, dials: &Dials) -> String {
     let marker = dials.marker;
-    format!(
-        "[{table}.reference]\nball = {{ emitters = {}, radius_mm = {:?} }}\ncone_deg = {:?}\n",
-        marker.emitters, marker.radius_mm, marker.cone_deg
-    )
+    let body = match marker.width < 1.0 {
+        true => format!("emitters = [{}]", ball(dials)),
+        false => format!(
+            "ball = {{ emitters = {}, radius_mm = {:?} }}",
+            marker.emitters, marker.radius_mm
+        ),
+    };
+    format!("[{table}.reference]\n{body}\ncone_deg = {:?}\n", marker.cone_deg)
 }
 
 /// The emitters of a ball, one by one.
@@ -228,10 +250,12 @@ fn ball(dials: &Dials) -> String {
     let one = |out: geometry::Direction<Marker>| {
         let [x, y, z] = out.components();
         let r = dials.marker.radius_mm;
+        // Along its axis it is as long as the ball; emitters look where those of the ball do.
+        let across = r * dials.marker.width;
         format!(
             "{{ at_mm = [{:?}, {:?}, {:?}], normal = [{x:?}, {y:?}, {z:?}] }}",
-            x * r,
-            y * r,
+            x * across,
+            y * across,
             z * r
         )
     };

@@ -94,6 +94,18 @@ impl Refused {
     }
 }
 
+/// What `calib check` says where it was made and refuses the registration.
+const FAILED: &str = "do not use this registration";
+
+/// What a check came to.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// The registration may be used: `pass` or `warn`.
+    Passed(String),
+    /// It may not, and why.
+    Fail(String),
+}
+
 /// The files of an operation.
 pub(crate) struct Work<'a> {
     pub(crate) stratum: &'a Stratum,
@@ -282,14 +294,17 @@ impl Work<'_> {
         chain_of_files(&scene, ct_hash, region).map_err(Refused::at(Step::Chain))
     }
 
-    /// A bead that the registration was not made of is touched. What `calib check` says of it in one word.
+    /// A bead that the registration was not made of is touched. What `calib check` says of it.
+    ///
+    /// # Errors
+    /// Where the check could not be made.
     pub(crate) fn checked(
         &self,
         room: &mut TrueRoom,
         prepared: &mut Prepared,
         beads: &BeadsFile,
         place: Point<Ct>,
-    ) -> Result<String, Refused> {
+    ) -> Result<Verdict, Refused> {
         let failed = Refused::at(Step::Check);
         let known =
             found(beads, place).ok_or_else(|| failed("the bead to be checked was not found in the CT".to_owned()))?;
@@ -318,9 +333,12 @@ impl Work<'_> {
             &most,
             "--json",
         ];
-        let said: serde_json::Value =
-            serde_json::from_str(&self.calib(Step::Check, &words)?).map_err(Refused::at(Step::Check))?;
-        Ok(said["verdict"].as_str().unwrap_or_default().to_owned())
+        let said = match self.calib(Step::Check, &words) {
+            Err(refused) if refused.why.contains(FAILED) => return Ok(Verdict::Fail(refused.why)),
+            said => said?,
+        };
+        let said: serde_json::Value = serde_json::from_str(&said).map_err(Refused::at(Step::Check))?;
+        Ok(Verdict::Passed(said["verdict"].as_str().unwrap_or_default().to_owned()))
     }
 }
 

@@ -7,3 +7,4 @@ mod extremes;
 mod refused;
 mod resumed;
 mod support;
+mod worst;
