@@ -8,7 +8,6 @@ mod recording;
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::PoisonError;
@@ -172,11 +171,12 @@ fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Ro
     }
     let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&all)?;
     for name in BESIDE {
-        match fs::copy(scratch.path().join(name), beside.path().join(name)) {
-            Ok(_) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(error) => return Err(error.into()),
-        }
+        // A file says what it was made of; the names of this very run would be others each time.
+        let text = fs::read_to_string(scratch.path().join(name))?;
+        let own = format!("{}/", scratch.path().to_string_lossy());
+        let examined = out.join(folder::IMAGES);
+        let text = text.replace(&own, "").replace(&*examined.to_string_lossy(), "../../images");
+        fs::write(beside.path().join(name), text)?;
     }
     recording::write(beside.path(), stratum, &again, (&targets, at))?;
     fs::rename(beside.keep(), out.join(folder))?;

@@ -35,7 +35,7 @@ fn a_recording_shows_what_the_line_says() {
         assert_eq!((&one.stratum, one.number, &one.target), (&row.stratum, row.number, &row.target));
         let path = folder.path().join(&one.folder).join("session.mcap");
         let found = verify(&path).unwrap();
-        assert!(found.is_whole(), "{found:?}");
+        assert!(found.findings.is_empty() && found.messages > 0, "{found:?}");
         assert_eq!(facts_of_all(&path).unwrap().damage, Vec::<String>::new());
         let (shown, truth) = (all(&path, "/tool_pose"), all(&path, "/ground_truth"));
         let emitters = recorder::read::reader::emitters(&path).unwrap().count();
@@ -69,7 +69,7 @@ fn the_same_study_keeps_the_same_bytes_and_does_none_of_them_twice() {
     for (own, other) in kept.iter().zip(&again) {
         for name in ["session.mcap", "scene.toml", "tool.json", "registration.json"] {
             let bytes = [(&one, own), (&two, other)].map(|(out, kept)| fs::read(out.path().join(&kept.folder).join(name)).unwrap());
-            assert_eq!(bytes[0], bytes[1], "{name}");
+            assert!(bytes[0] == bytes[1], "{name}");
         }
     }
     let path = one.path().join(&kept[0].folder).join("session.mcap");
