@@ -14,7 +14,7 @@ use tracker_proc::Markers;
 use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
 
 use crate::Words;
-use crate::plan::{Dials, Stratum};
+use crate::plan::{Dials, Localizer, Stratum};
 
 /// From the order until the hand is there and has settled, s: it goes for 1.2 s.
 const SETTLED_S: f64 = 1.4;
@@ -25,6 +25,9 @@ const BASE: &str =
 /// The tool's name, and its length from the tip to the handle, mm.
 pub(crate) const TOOL: &str = "mediastinoscope";
 pub(crate) const LENGTH_MM: f64 = 180.0;
+/// Where the localizer stands, as a scene has it that says nothing of it: the first and the third number of the quaternion, and mm.
+const STANDS_QUATERNION: [f64; 2] = [0.948_683_298_050_513_8, -0.316_227_766_016_837_94];
+const STANDS_MM: [f64; 3] = [1380.0, 0.0, -1840.0];
 /// Where the marker on the patient sits, as a scene has it that says nothing of it, and about what it is turned there: 2, 3 and 6 sevenths.
 const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
 const REFERENCE_AXIS: [f64; 3] = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
@@ -198,7 +201,7 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
          [tracker.room.practice]\ndivot_ct_mm = [{x}, {y}, {z}]\nct_from_base = {{ {BASE} }}\ntouch_error_mm = {}\ntremor_mm = {}\n",
         seed >> 1,
         localizer.rate_hz,
-        standing(dials),
+        standing(&localizer),
         marker.cone_deg,
         ball(dials),
         reference_text("tracker.room", dials),
@@ -219,10 +222,45 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
     text
 }
 
-/// Where the localizer stands, as a scene says it of the axes that its places are told in.
-fn standing(dials: &Dials) -> String {
-    let pose = pose([0.0, 0.0, 1.0], dials.localizer.turned_deg, dials.localizer.moved_mm);
-    format!("ct_from_tracker = {pose}\n")
+/// Where the localizer stands, as a scene says it of the axes that its places are told in; nothing of the usual place.
+fn standing(localizer: &Localizer) -> String {
+    let Localizer {
+        turned_deg,
+        moved_mm: [x, y, z],
+        ..
+    } = localizer;
+    if *turned_deg == 0.0 && [x, y, z].iter().all(|mm| **mm == 0.0) {
+        return String::new();
+    }
+    let (sin, cos) = (0.5 * turned_deg.to_radians()).sin_cos();
+    // Its quaternion is (w, 0, v, 0), before which a turn about z comes.
+    let [w, v] = STANDS_QUATERNION;
+    let [a, b, c] = stands_mm(*turned_deg, STANDS_MM);
+    format!(
+        "ct_from_tracker = {{ quaternion = [{:?}, {:?}, {:?}, {:?}], translation_mm = [{:?}, {:?}, {:?}] }}\n",
+        cos * w,
+        -sin * v,
+        cos * v,
+        sin * w,
+        a + x,
+        b + y,
+        c + z
+    )
+}
+
+/// A place, turned about the patient's long axis.
+fn stands_mm(deg: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = deg.to_radians().sin_cos();
+    [x * cos - y * sin, x * sin + y * cos, z]
+}
+
+/// How many times farther than usual the localizer is from a place of the CT, mm.
+pub(crate) fn farther(localizer: &Localizer, place: [f64; 3]) -> f64 {
+    let [x, y, z] = stands_mm(localizer.turned_deg, STANDS_MM);
+    let [a, b, c] = localizer.moved_mm;
+    let point = |[x, y, z]: [f64; 3]| Point::<Ct>::new(x, y, z);
+    let at = |stands: [f64; 3]| point(stands).distance(point(place));
+    at([x + a, y + b, z + c]) / at(STANDS_MM)
 }
 
 /// A pose as a scene has it, of a turn about an axis of length 1.

@@ -18,7 +18,7 @@ use tracker_proc::{Markers, chain_of_files};
 
 use crate::Words;
 use crate::plan::Stratum;
-use crate::room::{DIVOT_MM, TOOL, TrueRoom, parsed, tracker_text};
+use crate::room::{DIVOT_MM, TOOL, TrueRoom, farther, parsed, tracker_text};
 
 /// The name of the tool's marker in files.
 const MARKER: &str = "ball";
@@ -155,7 +155,10 @@ impl Work<'_> {
         fs::write(self.file("frames.csv"), frames_text(&frames)).map_err(Refused::at(Step::Marker))?;
         let localizer = self.stratum.dials.localizer;
         let (frames, out) = (self.named("frames.csv"), self.named("marker.json"));
-        let [across, depth] = [localizer.across_mm, localizer.depth_mm].map(|mm| mm.to_string());
+        // The deviations where the marker is turned: they grow with the distance, those in depth with its square.
+        let times = farther(&localizer, TURNED_AT_MM);
+        let [across, depth] =
+            [localizer.across_mm * times, localizer.depth_mm * times * times].map(|mm| mm.to_string());
         let count = self.stratum.dials.marker.emitters.to_string();
         let words = [
             "marker",
@@ -231,6 +234,11 @@ impl Work<'_> {
     ) -> Result<(), Refused> {
         let heard = room.listen(practice, seconds, &mut prepared.markers);
         let heard = heard.map_err(Refused::at(step))?;
+        if heard.poses.is_empty() {
+            // The file would say that it is empty, and not why.
+            let why = format!("none of {} frames shows the marker; the last: {}", heard.lost, heard.why);
+            return Err(Refused { step, why });
+        }
         heard.write(&self.file(name)).map_err(Refused::at(step))
     }
 

@@ -280,3 +280,94 @@ fn told(e: Option<Estimate>) -> Cell {
         None => plain(""),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn plan() -> Plan {
+        let text = "operations = 4\n[all]\ntargets = [\"pre-aortic\"]\n[sweep]\nmarker.emitters = [12, 24]\nmarker.radius_mm = [25.0, 50.0, 75.0]";
+        Plan::of_texts([(Path::new("a.toml"), text)]).unwrap()
+    }
+
+    /// Four operations of each combination: an error of `of(emitters, radius)` with factors of 1.1 to both sides.
+    fn rows(plan: &Plan, of: impl Fn(usize, usize) -> Option<f64>) -> Vec<Row> {
+        let empty = ",".repeat(crate::record::HEADER.split(',').count() - 16);
+        let line = |cell: usize, number: i32| {
+            let levels = plan.sweeps[0].levels(cell);
+            let name = &plan.strata[cell].name;
+            let line = match of(levels[0], levels[1]) {
+                Some(mm) => {
+                    let mm = mm * 1.1_f64.powi([1, -1, 2, -2][number as usize]);
+                    format!("{name},{number},x,arrived,,,,,{mm},2,3,1,6,4,100,0{empty}")
+                }
+                None => format!("{name},{number},x,refused,marker,,,,,,,,,0,0,0{empty}"),
+            };
+            Row::read(&line).unwrap()
+        };
+        (0..6).flat_map(|cell| (0..4).map(move |number| (cell, number))).map(|(cell, number)| line(cell, number)).collect()
+    }
+
+    fn cells(table: &Table, first: &[&str]) -> Vec<String> {
+        let is_it = |row: &&Vec<Cell>| first.iter().zip(row.iter()).all(|(text, cell)| *text == cell.text);
+        let row = table.rows.iter().find(is_it).unwrap();
+        row.iter().map(|cell| cell.text.clone()).collect()
+    }
+
+    /// Halved by the emitters, and by 1, 2 and 3 with the radius: what is told is that, to the digits that are told.
+    #[test]
+    fn effects_that_multiply_are_found_and_do_nothing_to_one_another() {
+        let plan = plan();
+        let rows = rows(&plan, |a, b| Some(1.2 / (a as f64 + 1.0) / (b as f64 + 1.0)));
+        let [main, pairs, all] = &Effects::of(&plan, &plan.sweeps[0], &rows).tables()[..] else { panic!() };
+        let emitters = cells(main, &["marker.emitters", "24"]);
+        // The geometric mean of 0.6, 0.3 and 0.2, and of four operations each of 12 and of 24.
+        assert!(emitters[2].starts_with("0.33 (") && emitters[3].starts_with("0.50 (0.4"), "{emitters:?}");
+        let radius = cells(main, &["marker.radius_mm", "75.0"]);
+        assert!(radius[3].starts_with("0.33 (0.2") && radius[3].ends_with("-0.39)"), "{radius:?}");
+        assert_eq!((&*radius[8], &*radius[9]), ("0.0", "0.0"));
+        let pair = cells(pairs, &["marker.emitters", "marker.radius_mm"]);
+        assert!(pair[2].starts_with("1.00 (0."), "{pair:?}");
+        // The best first.
+        assert_eq!((&*all.rows[0][0].text, &*all.rows[0][1].text), ("24", "75.0"));
+    }
+
+    /// Student's interval by hand: logarithms of deviations 1, -1, 2 and -2 times ln 1.1 have the variance 10 / 3 of their square; the ratio of
+    /// two means over three such cells has 18 degrees of freedom, t = 2.101.
+    #[test]
+    fn the_interval_of_a_ratio_is_students() {
+        let plan = plan();
+        let rows = rows(&plan, |_, _| Some(1.0));
+        let effects = Effects::of(&plan, &plan.sweeps[0], &rows);
+        let sign = |levels: &[usize]| [-1.0, 1.0][levels[0]];
+        let found = effects.ratio((0, 2.0), &effects.complete(&[0]), sign).unwrap();
+        let half = 2.101 * 1.1_f64.ln() * (10.0_f64 / 3.0 / 4.0 * 2.0 / 3.0).sqrt();
+        assert!((found.found - 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found.interval[1].ln() - half).abs() < 1e-3 * half, "{found:?} {half}");
+    }
+
+    #[test]
+    fn what_dials_do_to_one_another_is_found() {
+        let plan = plan();
+        let rows = rows(&plan, |a, b| Some(if (a, b) == (1, 2) { 3.0 } else { 1.0 }));
+        let tables = Effects::of(&plan, &plan.sweeps[0], &rows).tables();
+        let pair = cells(&tables[1], &["marker.emitters", "marker.radius_mm"]);
+        assert!(pair[2].starts_with("3.00 (2."), "{pair:?}");
+    }
+
+    /// The largest ball refused with few emitters: what the emitters do is told of the other balls, where it is 2 throughout.
+    #[test]
+    fn a_combination_that_is_refused_does_not_stand_for_its_values() {
+        let plan = plan();
+        let of = |a: usize, b: usize| ((a, b) != (0, 2)).then(|| [2.0, 1.0][a] * [1.0, 1.0, 100.0][b]);
+        let rows = rows(&plan, of);
+        let tables = Effects::of(&plan, &plan.sweeps[0], &rows).tables();
+        let emitters = cells(&tables[0], &["marker.emitters", "24"]);
+        assert!(emitters[2].starts_with("1.00 (") && emitters[3].starts_with("0.50 ("), "{emitters:?}");
+        let radius = cells(&tables[0], &["marker.radius_mm", "75.0"]);
+        assert!(radius[3].starts_with("100.00 (") && radius[9] == "50.0", "{radius:?}");
+        // No corner of the pair is left out: there is nothing to be told.
+        assert_eq!(cells(&tables[1], &["marker.emitters", "marker.radius_mm"])[2], "");
+    }
+}

@@ -131,6 +131,7 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/dials.toml"), 1600),
         (include_str!("../../../config/study/extremes.toml"), 100),
         (include_str!("../../../config/study/factorial.toml"), 1080),
+        (include_str!("../../../config/study/fresh.toml"), 50),
     ] {
         assert_eq!(plan(text).operations(), operations);
     }
