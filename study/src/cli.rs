@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::plan::Plan;
-use crate::report;
 use crate::record::Row;
+use crate::report;
 use crate::run::run_telling;
 use crate::worst;
 

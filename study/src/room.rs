@@ -318,3 +318,47 @@ pub(crate) fn tracker_text(dials: &Dials, emitters: &[Point<Marker>]) -> String 
         dials.localizer.depth_mm,
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+
+    /// The quaternion that is written, by matrices: a turn about the long axis before the usual place's.
+    #[test]
+    fn a_localizer_that_is_turned_and_moved_stands_where_it_is_said_to_stand() {
+        for (deg, moved) in [
+            (0.0, [0.0, 0.0, 1.0]),
+            (179.9999999, [0.0; 3]),
+            (-90.0, [1e4, -20.0, 3.0]),
+            (300.0, [0.0; 3]),
+        ] {
+            let text =
+                format!("[[stratum]]\nname = \"a\"\nlocalizer = {{ turned_deg = {deg:?}, moved_mm = {moved:?} }}");
+            let plan = Plan::of_texts([(Path::new("a.toml"), text.as_str())]).unwrap();
+            let scene = parsed(&truth_text(&plan.strata[0].dials, 4)).unwrap();
+            let usual = parsed("[tracker]\nsource = \"operating-room\"\n[tracker.room]\n").unwrap();
+            let none = Vector::new(0.0, 0.0, 0.0);
+            let turn =
+                Rigid::<Ct, Ct>::from_rotation_vector(Vector::new(0.0, 0.0, f64::to_radians(deg)), none).unwrap();
+            let [x, y, z] = moved;
+            for p in [Point::new(0.0, 0.0, 0.0), Point::new(30.0, -20.0, 2300.0)] {
+                let expected = turn * (usual.tracker.ct_from_tracker * p) + Vector::new(x, y, z);
+                let found = scene.tracker.ct_from_tracker * p;
+                // Places of 1e4 mm to rounding, and quaternions that are normed to it: 1e-12 mm times ten.
+                assert!(
+                    found.distance(expected) < 1e-10,
+                    "{deg} {moved:?}: {found:?} {expected:?}"
+                );
+            }
+            let eye = scene.tracker.ct_from_tracker * Point::new(0.0, 0.0, 0.0);
+            let there = usual.tracker.ct_from_tracker * Point::new(0.0, 0.0, 0.0);
+            let place = Point::new(0.0, -300.0, 100.0);
+            let times = farther(&plan.strata[0].dials.localizer, [0.0, -300.0, 100.0]);
+            assert!(
+                (times - eye.distance(place) / there.distance(place)).abs() < 1e-12,
+                "{times}"
+            );
+        }
+    }
+}

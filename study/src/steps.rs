@@ -236,7 +236,10 @@ impl Work<'_> {
         let heard = heard.map_err(Refused::at(step))?;
         if heard.poses.is_empty() {
             // The file would say that it is empty, and not why.
-            let why = format!("none of {} frames shows the marker; the last: {}", heard.lost, heard.why);
+            let why = format!(
+                "none of {} frames shows the marker; the last: {}",
+                heard.lost, heard.why
+            );
             return Err(Refused { step, why });
         }
         heard.write(&self.file(name)).map_err(Refused::at(step))

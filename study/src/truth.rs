@@ -107,10 +107,7 @@ pub(crate) fn told(
     let at_tool = pose.transform().inverse() * target;
     let registered = registration * (registration.transform().inverse() * target);
     let links = [
-        stated(
-            error(registration.transform() * truth.registered.inverse()),
-            registered,
-        ),
+        stated(error(registration.transform() * truth.registered.inverse()), registered),
         unstated(error(truth.registered * r.inverse())),
         stated(
             error(r * b_hat.inverse() * b * r.inverse()),

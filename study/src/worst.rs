@@ -171,12 +171,7 @@ fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Ro
     }
     let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&all)?;
     for name in BESIDE {
-        // A file says what it was made of; the names of this very run would be others each time.
-        let text = fs::read_to_string(scratch.path().join(name))?;
-        let own = format!("{}/", scratch.path().to_string_lossy());
-        let examined = out.join(folder::IMAGES);
-        let text = text.replace(&own, "").replace(&*examined.to_string_lossy(), "../../images");
-        fs::write(beside.path().join(name), text)?;
+        fs::copy(scratch.path().join(name), beside.path().join(name))?;
     }
     recording::write(beside.path(), stratum, &again, (&targets, at))?;
     fs::rename(beside.keep(), out.join(folder))?;

@@ -102,7 +102,10 @@ pub(super) fn strata(path: &Path, table: &Table, first: usize) -> Result<(Sweep,
         let levels = sweep.levels(cell);
         let ordinals: Vec<String> = levels.iter().map(|level| (level + 1).to_string()).collect();
         let name = format!("{name}-{}", ordinals.join("-"));
-        let chosen = listed.iter().zip(&levels).map(|(dial, level)| (dial, &dial.values[*level]));
+        let chosen = listed
+            .iter()
+            .zip(&levels)
+            .map(|(dial, level)| (dial, &dial.values[*level]));
         let dials = dials(chosen).map_err(|why| wrong("dials", name.clone(), why))?;
         strata.push(RawDials {
             name: Some(name),
@@ -134,7 +137,11 @@ fn list(key: String, value: &Value) -> Result<Listed, (String, String, String)> 
         return refused(key, value.to_string(), "operations stand at the top of the file");
     }
     let Value::Array(values) = value else {
-        return refused(key, value.to_string(), "a list of values is needed; what is the same for all stands under [all]");
+        return refused(
+            key,
+            value.to_string(),
+            "a list of values is needed; what is the same for all stands under [all]",
+        );
     };
     if !(2..=MOST_LEVELS).contains(&values.len()) {
         return refused(key, value.to_string(), "2 to 16 values are allowed");
@@ -178,5 +185,7 @@ fn dials<'a>(chosen: impl Iterator<Item = (&'a Listed, &'a Value)>) -> Result<Ra
             }
         }
     }
-    table.try_into().map_err(|error: toml::de::Error| error.message().to_owned())
+    table
+        .try_into()
+        .map_err(|error: toml::de::Error| error.message().to_owned())
 }

@@ -32,7 +32,10 @@ pub(super) fn all(summaries: &[Summary], rows: &[Row]) -> io::Result<Vec<page::C
             predicted(rows, summaries),
         ),
     ];
-    charts.into_iter().map(|(name, what, chart)| drawn(name, what, &chart)).collect()
+    charts
+        .into_iter()
+        .map(|(name, what, chart)| drawn(name, what, &chart))
+        .collect()
 }
 
 /// A chart as it is kept.

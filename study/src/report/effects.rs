@@ -80,34 +80,61 @@ impl<'a> Effects<'a> {
             let held = other.zip(level);
             let points = (0..factor.levels.len()).filter_map(|x| {
                 let is_here = |levels: &[usize]| levels[at] == x && held.is_none_or(|(f, l)| levels[f] == l);
-                let mean = self.mean(0, &self.complete(&[at]), is_here)?;
+                let mean = self.mean(0, &self.complete(at), is_here)?;
                 Some([place(factor, x), mean.found])
             });
-            let name = held.map(|(f, l)| format!("{} = {}", self.sweep.factors[f].key, self.sweep.factors[f].levels[l]));
+            let name =
+                held.map(|(f, l)| format!("{} = {}", self.sweep.factors[f].key, self.sweep.factors[f].levels[l]));
             chart.push(Series::joined(name.unwrap_or_default(), colour, mark, points));
         }
         chart
     }
 
-    /// The cells at those settings of all other dials at which every combination of these has one.
-    fn complete(&self, of: &[usize]) -> Vec<(Vec<usize>, &CellOf)> {
+    /// The cells at those settings of all other dials at which every value of this one has a cell.
+    fn complete(&self, at: usize) -> Vec<(Vec<usize>, &CellOf)> {
+        self.complete_among(&[at], self.sweep.factors[at].levels.len(), |_| true)
+    }
+
+    /// Of the cells that are asked for those at settings of all other dials than `of` at which there are so many.
+    fn complete_among(
+        &self,
+        of: &[usize],
+        wanted: usize,
+        is_asked: impl Fn(&[usize]) -> bool,
+    ) -> Vec<(Vec<usize>, &CellOf)> {
         let rest = |levels: &[usize]| {
             let others = levels.iter().enumerate().filter(|(at, _)| !of.contains(at));
             others.map(|(_, level)| *level).collect::<Vec<_>>()
         };
-        let wanted: usize = of.iter().map(|at| self.sweep.factors[*at].levels.len()).product();
+        let known: Vec<(Vec<usize>, &CellOf)> = self
+            .cells
+            .iter()
+            .enumerate()
+            .map(|(at, cell)| (self.sweep.levels(at), cell))
+            .filter(|(levels, cell)| cell.samples.is_some() && is_asked(levels))
+            .collect();
         let mut count: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
-        let known = || {
-            let all = self.cells.iter().enumerate();
-            all.filter(|(_, cell)| cell.samples.is_some())
-                .map(|(at, cell)| (self.sweep.levels(at), cell))
-        };
-        for (levels, _) in known() {
-            *count.entry(rest(&levels)).or_default() += 1;
+        for (levels, _) in &known {
+            *count.entry(rest(levels)).or_default() += 1;
         }
-        known()
+        known
+            .into_iter()
             .filter(|(levels, _)| count.get(&rest(levels)) == Some(&wanted))
             .collect()
+    }
+
+    /// The four corners that two dials' first values make with others, at all settings that have them: with the last values that
+    /// there are such settings of, and which these are.
+    fn corners(&self, a: usize, b: usize) -> Option<([usize; 2], Vec<(Vec<usize>, &CellOf)>)> {
+        let last = |at: usize| self.sweep.factors[at].levels.len();
+        let mut ends: Vec<[usize; 2]> = (1..last(a)).flat_map(|x| (1..last(b)).map(move |y| [x, y])).collect();
+        // The farthest from the first values before all, and of those as far the first.
+        ends.sort_by_key(|[x, y]| std::cmp::Reverse(x + y));
+        ends.into_iter().find_map(|[x, y]| {
+            let is_corner = |levels: &[usize]| [0, x].contains(&levels[a]) && [0, y].contains(&levels[b]);
+            let found = self.complete_among(&[a, b], 4, is_corner);
+            (!found.is_empty()).then_some(([x, y], found))
+        })
     }
 
     /// The geometric mean of a response over those of the cells.
@@ -142,14 +169,17 @@ impl<'a> Effects<'a> {
             .collect();
         // Each corner is in every complete setting, so as many cells have each sign.
         let weight = corners / signed.len() as f64;
-        let terms: Vec<(f64, Sample)> = signed.into_iter().map(|(sign, sample)| (sign * weight, sample)).collect();
+        let terms: Vec<(f64, Sample)> = signed
+            .into_iter()
+            .map(|(sign, sample)| (sign * weight, sample))
+            .collect();
         (!terms.is_empty()).then(|| factor_of(contrast(&terms)))
     }
 
     fn main(&self) -> Table {
         let mut rows = Vec::new();
         for (at, factor) in self.sweep.factors.iter().enumerate() {
-            let complete = self.complete(&[at]);
+            let complete = self.complete(at);
             for (level, value) in factor.levels.iter().enumerate() {
                 let mut cells = vec![plain(&factor.key), plain(value)];
                 for response in 0..RESPONSES.len() {
@@ -169,7 +199,16 @@ impl<'a> Effects<'a> {
             }
         }
         let head = [
-            "dial", "value", RESPONSES[0], "times", RESPONSES[1], "times", RESPONSES[2], "times", "given up, %", "refused, %",
+            "dial",
+            "value",
+            RESPONSES[0],
+            "times",
+            RESPONSES[1],
+            "times",
+            RESPONSES[2],
+            "times",
+            "given up, %",
+            "refused, %",
         ];
         Table::new(&format!("{}: what each dial does", self.sweep.name), &head, rows.into_iter()).noted(
             "Geometric means of operations, over the settings of the other dials at which every value of this one was operated; `times`: how many times as much as with the first \
@@ -193,15 +232,16 @@ impl<'a> Effects<'a> {
         let mut rows = Vec::new();
         for a in 0..factors.len() {
             for b in a + 1..factors.len() {
-                let complete = self.complete(&[a, b]);
-                let last = |at: usize| factors[at].levels.len() - 1;
-                let end = |at: usize, level: usize| match level {
-                    0 => -1.0,
-                    level if level == last(at) => 1.0,
-                    _ => 0.0,
+                let Some(([x, y], complete)) = self.corners(a, b) else {
+                    continue;
                 };
-                let sign = |levels: &[usize]| end(a, levels[a]) * end(b, levels[b]);
-                let mut cells = vec![plain(&factors[a].key), plain(&factors[b].key)];
+                let end = |level: usize, last: usize| if level == last { 1.0 } else { -1.0 };
+                let sign = |levels: &[usize]| end(levels[a], x) * end(levels[b], y);
+                let between = |at: usize, level: usize| {
+                    let Factor { key, levels, .. } = &factors[at];
+                    plain(format!("{key} {} to {}", levels[0], levels[level]))
+                };
+                let mut cells = vec![between(a, x), between(b, y)];
                 let times = |response| told(self.ratio((response, 4.0), &complete, sign));
                 cells.extend((0..RESPONSES.len()).map(times));
                 rows.push(cells);
@@ -209,8 +249,8 @@ impl<'a> Effects<'a> {
         }
         let head = ["dial", "and", "error, times", "predicted radius, times", "time, times"];
         Table::new(&format!("{}: what dials do to one another", self.sweep.name), &head, rows.into_iter()).noted(
-            "How many times as much the second dial, from its first to its last value, does where the first one has its last value as where it has its first: 1 where both work \
-             apart from one another.",
+            "How many times as much the second dial does, from the one of its values to the other, where the first one has its other value: 1 where both work apart from one another. \
+             Over the settings of the other dials at which all four corners were operated.",
         )
     }
 
@@ -220,7 +260,13 @@ impl<'a> Effects<'a> {
         order.sort_by(|a, b| error(*a).total_cmp(&error(*b)));
         let row = |at: usize| {
             let cell = &self.cells[at];
-            let mut cells: Vec<Cell> = self.sweep.levels(at).iter().zip(&self.sweep.factors).map(value).collect();
+            let mut cells: Vec<Cell> = self
+                .sweep
+                .levels(at)
+                .iter()
+                .zip(&self.sweep.factors)
+                .map(value)
+                .collect();
             for response in 0..RESPONSES.len() {
                 let sample = cell.samples.map(|samples| samples[response]);
                 cells.push(told(sample.map(|sample| factor_of(contrast(&[(1.0, sample)])))));
@@ -248,7 +294,10 @@ fn place(factor: &Factor, level: usize) -> f64 {
 fn cell(rows: &[&Row]) -> CellOf {
     let ended = |which: Ended| rows.iter().filter(|row| row.ended == which).count();
     let mut by_number: BTreeMap<u64, Vec<&Row>> = BTreeMap::new();
-    for row in rows.iter().filter(|row| row.ended != Ended::Refused && row.is_within().is_some()) {
+    for row in rows
+        .iter()
+        .filter(|row| row.ended != Ended::Refused && row.is_within().is_some())
+    {
         by_number.entry(row.number).or_default().push(row);
     }
     let of = |response: fn(&Row) -> f64| {
@@ -276,7 +325,10 @@ fn factor_of(e: Estimate) -> Estimate {
 
 fn told(e: Option<Estimate>) -> Cell {
     match e {
-        Some(Estimate { found, interval: [low, high] }) => plain(format!("{found:.2} ({low:.2}-{high:.2})")),
+        Some(Estimate {
+            found,
+            interval: [low, high],
+        }) => plain(format!("{found:.2} ({low:.2}-{high:.2})")),
         None => plain(""),
     }
 }
@@ -306,7 +358,10 @@ mod tests {
             };
             Row::read(&line).unwrap()
         };
-        (0..6).flat_map(|cell| (0..4).map(move |number| (cell, number))).map(|(cell, number)| line(cell, number)).collect()
+        (0..6)
+            .flat_map(|cell| (0..4).map(move |number| (cell, number)))
+            .map(|(cell, number)| line(cell, number))
+            .collect()
     }
 
     fn cells(table: &Table, first: &[&str]) -> Vec<String> {
@@ -320,14 +375,22 @@ mod tests {
     fn effects_that_multiply_are_found_and_do_nothing_to_one_another() {
         let plan = plan();
         let rows = rows(&plan, |a, b| Some(1.2 / (a as f64 + 1.0) / (b as f64 + 1.0)));
-        let [main, pairs, all] = &Effects::of(&plan, &plan.sweeps[0], &rows).tables()[..] else { panic!() };
+        let [main, pairs, all] = &Effects::of(&plan, &plan.sweeps[0], &rows).tables()[..] else {
+            panic!()
+        };
         let emitters = cells(main, &["marker.emitters", "24"]);
         // The geometric mean of 0.6, 0.3 and 0.2, and of four operations each of 12 and of 24.
-        assert!(emitters[2].starts_with("0.33 (") && emitters[3].starts_with("0.50 (0.4"), "{emitters:?}");
+        assert!(
+            emitters[2].starts_with("0.33 (") && emitters[3].starts_with("0.50 (0.4"),
+            "{emitters:?}"
+        );
         let radius = cells(main, &["marker.radius_mm", "75.0"]);
-        assert!(radius[3].starts_with("0.33 (0.2") && radius[3].ends_with("-0.39)"), "{radius:?}");
+        assert!(
+            radius[3].starts_with("0.33 (0.2") && radius[3].ends_with("-0.40)"),
+            "{radius:?}"
+        );
         assert_eq!((&*radius[8], &*radius[9]), ("0.0", "0.0"));
-        let pair = cells(pairs, &["marker.emitters", "marker.radius_mm"]);
+        let pair = cells(pairs, &["marker.emitters 12 to 24", "marker.radius_mm 25.0 to 75.0"]);
         assert!(pair[2].starts_with("1.00 (0."), "{pair:?}");
         // The best first.
         assert_eq!((&*all.rows[0][0].text, &*all.rows[0][1].text), ("24", "75.0"));
@@ -341,7 +404,7 @@ mod tests {
         let rows = rows(&plan, |_, _| Some(1.0));
         let effects = Effects::of(&plan, &plan.sweeps[0], &rows);
         let sign = |levels: &[usize]| [-1.0, 1.0][levels[0]];
-        let found = effects.ratio((0, 2.0), &effects.complete(&[0]), sign).unwrap();
+        let found = effects.ratio((0, 2.0), &effects.complete(0), sign).unwrap();
         let half = 2.101 * 1.1_f64.ln() * (10.0_f64 / 3.0 / 4.0 * 2.0 / 3.0).sqrt();
         assert!((found.found - 1.0).abs() < 1e-12, "{found:?}");
         assert!((found.interval[1].ln() - half).abs() < 1e-3 * half, "{found:?} {half}");
@@ -352,7 +415,7 @@ mod tests {
         let plan = plan();
         let rows = rows(&plan, |a, b| Some(if (a, b) == (1, 2) { 3.0 } else { 1.0 }));
         let tables = Effects::of(&plan, &plan.sweeps[0], &rows).tables();
-        let pair = cells(&tables[1], &["marker.emitters", "marker.radius_mm"]);
+        let pair = cells(&tables[1], &["marker.emitters 12 to 24"]);
         assert!(pair[2].starts_with("3.00 (2."), "{pair:?}");
     }
 
@@ -364,10 +427,17 @@ mod tests {
         let rows = rows(&plan, of);
         let tables = Effects::of(&plan, &plan.sweeps[0], &rows).tables();
         let emitters = cells(&tables[0], &["marker.emitters", "24"]);
-        assert!(emitters[2].starts_with("1.00 (") && emitters[3].starts_with("0.50 ("), "{emitters:?}");
+        assert!(
+            emitters[2].starts_with("1.00 (") && emitters[3].starts_with("0.50 ("),
+            "{emitters:?}"
+        );
         let radius = cells(&tables[0], &["marker.radius_mm", "75.0"]);
         assert!(radius[3].starts_with("100.00 (") && radius[9] == "50.0", "{radius:?}");
-        // No corner of the pair is left out: there is nothing to be told.
-        assert_eq!(cells(&tables[1], &["marker.emitters", "marker.radius_mm"])[2], "");
+        // Of the pair the corners with the second ball are told.
+        let pair = cells(&tables[1], &["marker.emitters 12 to 24"]);
+        assert!(
+            pair[1] == "marker.radius_mm 25.0 to 50.0" && pair[2].starts_with("1.00 ("),
+            "{pair:?}"
+        );
     }
 }

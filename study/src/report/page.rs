@@ -25,9 +25,16 @@ pub(super) fn page(plan: &Plan, tables: &[Table], charts: &[Chart], kept: &[Kept
     );
     // Writing to a string does not fail.
     let _ = writeln!(text, "<p>{}</p>", escaped(&what(plan)));
-    let all: u64 = plan.strata.iter().map(|s| s.operations * s.dials.targets.len() as u64).sum();
+    let all: u64 = plan
+        .strata
+        .iter()
+        .map(|s| s.operations * s.dials.targets.len() as u64)
+        .sum();
     if (lines as u64) < all {
-        let _ = writeln!(text, "<p class=\"bad\">On its way: {lines} of {all} lines are here.</p>");
+        let _ = writeln!(
+            text,
+            "<p class=\"bad\">On its way: {lines} of {all} lines are here.</p>"
+        );
     }
     tables.iter().for_each(|table| text += &section(table));
     text += &replays(kept);

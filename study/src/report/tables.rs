@@ -135,11 +135,7 @@ fn budget(summaries: &[Summary]) -> Table {
 }
 
 fn ways(summaries: &[Summary]) -> Table {
-    let head = [
-        "stratum",
-        "time to the target, median, s",
-        "pictures without a pose, %",
-    ];
+    let head = ["stratum", "time to the target, median, s", "pictures without a pose, %"];
     let row = |s: &Summary| {
         let lost = match s.lost.is_finite() {
             true => format!("{:.1}", 100.0 * s.lost),
@@ -196,5 +192,7 @@ fn worst(plan: &Plan, rows: &[Row]) -> Table {
     let known = worst::worst(plan, rows, WORST);
     let mut table = Table::new("The worst of what was not refused", &head, known.into_iter().map(row));
     table.head.extend(LINKS.map(str::to_owned));
-    table.noted("False arrivals come first, the farthest before; then the others by their error. One target of each operation.")
+    table.noted(
+        "False arrivals come first, the farthest before; then the others by their error. One target of each operation.",
+    )
 }

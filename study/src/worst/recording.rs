@@ -159,7 +159,10 @@ fn guide(target: &scene::Target) -> Guide {
 
 /// The tracker's scene of the operation, with the examination and the targets.
 fn scene_text(dials: &Dials, again: &Again, targets: &[Landmark]) -> String {
-    let mut text = format!("{}[volume]\nsource = \"ct.mha\"\n", tracker_text(dials, &again.emitters));
+    let mut text = format!(
+        "{}[volume]\nsource = \"ct.mha\"\n",
+        tracker_text(dials, &again.emitters)
+    );
     text += "[tracker.calibration]\nfile = \"tool.json\"\nmarker = \"ball\"\n[tracker.registration]\nfile = \"registration.json\"\n";
     text += &format!(
         "[limits]\nstale_ms = {:?}\n",
