@@ -28,8 +28,13 @@ pub fn write(folder: &Path, plan: &Plan, rows: &[Row], kept: &[Kept]) -> io::Res
         .iter()
         .map(|stratum| Summary::of(&stratum.name, &of(&stratum.name), stratum.dials.radius_mm))
         .collect();
+    let cells = plan
+        .sweeps
+        .iter()
+        .flat_map(|sweep| plan.strata.iter().skip(sweep.first).take(sweep.cells()));
+    let swept: Vec<&str> = cells.map(|stratum| stratum.name.as_str()).collect();
     let mut tables = tables::all(plan, &summaries, rows);
-    let mut charts = charts::all(&summaries, rows)?;
+    let mut charts = charts::all(&summaries, &swept, rows)?;
     for sweep in &plan.sweeps {
         let effects = Effects::of(plan, sweep, rows);
         tables.extend(effects.tables());

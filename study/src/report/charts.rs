@@ -13,13 +13,17 @@ use crate::truth::LINKS;
 /// Pixels of a chart.
 const SIZE: [u32; 2] = [1000, 640];
 
-/// The charts.
-pub(super) fn all(summaries: &[Summary], rows: &[Row]) -> io::Result<Vec<page::Chart>> {
+/// The charts; the strata of sweeps, which may be hundreds and have curves of their own, are in the budget alone.
+pub(super) fn all(summaries: &[Summary], swept: &[&str], rows: &[Row]) -> io::Result<Vec<page::Chart>> {
+    let alone = summaries
+        .iter()
+        .filter(|summary| !swept.contains(&summary.name.as_str()));
+    let alone: Vec<Summary> = alone.cloned().collect();
     let charts = [
         (
             "tre.png",
             "How many of the true errors at targets are within a distance",
-            errors(summaries),
+            errors(&alone),
         ),
         (
             "budget.png",
@@ -29,11 +33,12 @@ pub(super) fn all(summaries: &[Summary], rows: &[Row]) -> io::Result<Vec<page::C
         (
             "predicted.png",
             "The true error over the predicted radius; 95 of 100 are to lie below the line",
-            predicted(rows, summaries),
+            predicted(rows, &alone),
         ),
     ];
     charts
         .into_iter()
+        .filter(|(name, ..)| !alone.is_empty() || *name == "budget.png")
         .map(|(name, what, chart)| drawn(name, what, &chart))
         .collect()
 }
