@@ -7,7 +7,7 @@ use chance::Chance;
 use geometry::{Ct, Direction, Point, Rigid, Tool, Uncertain, Vector};
 use guidance::sight::{Aim, Covariance};
 use hand::{Conditions, Dial, Measured, Outcome, Posture, Sensor, SightReader, Task, Way, perform_with};
-use tracker_proc::chain::Chain;
+use tracker_proc::chain::{Chain, Found, Reason};
 use tracker_proc::operating_room::{Frame, OperatingRoom};
 
 use crate::plan::Dials;
@@ -35,6 +35,21 @@ pub(crate) struct Last {
     pub(crate) pose: Uncertain<Ct, Tool>,
 }
 
+/// A frame of the localizer, and what the chain made of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Shot {
+    pub(crate) frame: Frame,
+    pub(crate) found: Result<Found, Reason>,
+}
+
+/// All frames of an approach in order, for a recording: also those that nobody looked at.
+#[derive(Debug, Default)]
+pub(crate) struct Tape {
+    /// By how many frames after the first look the next one is, once there is one.
+    next: Option<i64>,
+    pub(crate) shots: Vec<Shot>,
+}
+
 /// How an approach went.
 pub(crate) struct Approached {
     pub(crate) outcome: Outcome,
@@ -52,12 +67,32 @@ struct Chained<'a> {
     first: u64,
     last: RefCell<Option<Last>>,
     pictures: Cell<[u64; 2]>,
+    tape: Option<&'a RefCell<Tape>>,
+}
+
+impl Chained<'_> {
+    /// Keeps the frames up to this one. What is before the present does not change any more.
+    fn keep(&self, number: i64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) {
+        let Some(tape) = self.tape else { return };
+        let mut tape = tape.borrow_mut();
+        for at in tape.next.unwrap_or(number)..=number {
+            // A tube across its way has no pose, and its frame is left out.
+            let Some(pose) = truly(at as f64 / self.dials.localizer.rate_hz) else {
+                continue;
+            };
+            let frame = self.localizer.frame_at(self.first.saturating_add_signed(at), pose);
+            let found = self.chain.solve(&frame.tool, &frame.reference);
+            tape.shots.push(Shot { frame, found });
+        }
+        tape.next = tape.next.max(Some(number.saturating_add(1)));
+    }
 }
 
 impl Sensor for Chained<'_> {
     fn measured(&self, _: u64, t_s: f64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) -> Option<Measured> {
         // The localizer's newest frame, by a whole number of them before or after the first look.
         let number = (t_s * self.dials.localizer.rate_hz).floor();
+        self.keep(number as i64, truly);
         let pose = truly(number / self.dials.localizer.rate_hz)?;
         let seq = self.first.saturating_add_signed(number as i64);
         let frame = self.localizer.frame_at(seq, pose);
@@ -110,12 +145,13 @@ pub(crate) fn task(seed: u64, target: Point<Ct>, radius_mm: f64, (quiet, seq): (
     })
 }
 
-/// Does one task; frames of the localizer count from `from` on.
+/// Does one task; frames of the localizer count from `from` on, and are kept on the tape, where there is one.
 pub(crate) fn approach(
     task: &Task,
     (localizer, chain): (&OperatingRoom, &Chain),
     dials: &Dials,
     from: u64,
+    tape: Option<&RefCell<Tape>>,
 ) -> Approached {
     let sensor = Chained {
         localizer,
@@ -124,6 +160,7 @@ pub(crate) fn approach(
         first: from + BEFORE,
         last: RefCell::new(None),
         pictures: Cell::new([0; 2]),
+        tape,
     };
     let conditions = Conditions {
         lag_s: dials.localizer.latency_s,

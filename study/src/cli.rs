@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::plan::Plan;
+use crate::record::Row;
 use crate::report;
-use crate::run::run;
+use crate::run::run_telling;
+use crate::worst;
 
 const HELP: &str = "\
 Every operation goes the whole way in silico, by the functions and files of the real chain and in virtual time: the tool's marker is \
@@ -48,6 +50,9 @@ pub(crate) struct Cli {
     /// Operations at a time [default: as many as there are processors]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    /// So many of the worst operations are done once more and kept as recordings that `pilot replay` shows
+    #[arg(long, value_name = "COUNT", default_value_t = 10, value_parser = clap::value_parser!(u8).range(0..=100))]
+    worst: u8,
 }
 
 /// The command line, for manual pages and completions.
@@ -73,8 +78,14 @@ fn carry_out(cli: &Cli) -> Result<String, Box<dyn std::error::Error>> {
     let plan = Plan::load(&cli.files)?;
     let usual = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = cli.threads.map_or(usual, usize::from);
-    let done = run(&plan, &cli.out, threads)?;
-    report::write(&cli.out, &plan, &done.rows)?;
+    let mut page = |rows: &[Row]| {
+        if let Err(why) = report::write(&cli.out, &plan, rows, &[]) {
+            bus::stderr_line!("study: the page was not written: {why}");
+        }
+    };
+    let done = run_telling(&plan, (&cli.out, threads), &mut page)?;
+    let kept = worst::keep(&plan, &cli.out, &done.rows, usize::from(cli.worst), threads)?;
+    report::write(&cli.out, &plan, &done.rows, &kept)?;
     let [now, before] = done.operations;
     Ok(format!(
         "study: {now} operations in {:.0} s by {threads} threads, {before} were there; {}",

@@ -1,22 +1,22 @@
 //! The folder of a study: whose it is, how far it is, and nothing twice.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::plan::Plan;
-use crate::record::{HEADER, Row};
+use crate::record::{HEADER, MOST_LINE, Row};
 
 /// The value of `format` in `study.json`.
 const FORMAT: &str = "trocar-study";
 /// Of `version`. It rises when lines mean something else than before.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const STUDY: &str = "study.json";
 const LINES: &str = "operations.csv";
-/// The longest `operations.csv` that is gone on with: 500 000 lines of 400 bytes.
-const MAX_BYTES: u64 = 1 << 28;
+/// The folder of examinations.
+pub(crate) const IMAGES: &str = "images";
 /// Begins the name of `study.json` while it is written.
 const BESIDE: &str = ".study-";
 
@@ -117,7 +117,7 @@ impl Folder {
     /// Opens the folder of a study, which is made where it is not there. What a kill left of an operation's lines is cut off.
     pub(crate) fn open(path: &Path, plan: &Plan) -> Result<Self, FolderError> {
         fs::create_dir_all(path).map_err(io_at(path))?;
-        let about = about(path, plan)?;
+        let about = locked(path, plan)?;
         let place = path.join(LINES);
         let mut lines = OpenOptions::new()
             .read(true)
@@ -125,19 +125,14 @@ impl Folder {
             .append(true)
             .open(&place)
             .map_err(io_at(&place))?;
-        let text = scene::file::read_text(&place, MAX_BYTES).map_err(|error| FolderError::Line {
-            path: place.clone(),
-            line: 1,
-            why: error.to_string(),
-        })?;
-        let (rows, done, bytes) = whole(&place, &text, plan)?;
+        let (rows, done, bytes) = whole(&place, BufReader::new(&lines), plan)?;
         if bytes == 0 {
             lines.set_len(0).map_err(io_at(&place))?;
             lines
                 .write_all(format!("{HEADER}\n").as_bytes())
                 .map_err(io_at(&place))?;
         } else {
-            lines.set_len(bytes as u64).map_err(io_at(&place))?;
+            lines.set_len(bytes).map_err(io_at(&place))?;
         }
         Ok(Self {
             path: path.to_owned(),
@@ -166,7 +161,7 @@ impl Folder {
 }
 
 /// `study.json`, written where the folder is empty, held against the plan where it is not, and locked.
-fn about(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
+pub(crate) fn locked(folder: &Path, plan: &Plan) -> Result<File, FolderError> {
     let path = folder.join(STUDY);
     if !path.exists() {
         let mut inside = fs::read_dir(folder).map_err(io_at(folder))?;
@@ -250,36 +245,74 @@ fn held(path: &Path, plan: &Plan) -> Result<(), FolderError> {
     }
 }
 
-/// The lines of whole operations, how many operations these are, and where they end in the text, bytes.
-fn whole(path: &Path, text: &str, plan: &Plan) -> Result<(Vec<Row>, u64, usize), FolderError> {
+/// The lines of whole operations, how many operations these are, and where they end in the file, bytes. Line by line: how many there may be
+/// is the plan's.
+fn whole(path: &Path, mut file: impl BufRead, plan: &Plan) -> Result<(Vec<Row>, u64, u64), FolderError> {
     let wrong = |line: usize, why: String| FolderError::Line {
         path: path.to_owned(),
         line,
         why,
     };
-    let mut lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n'));
-    let Some(header) = lines.next() else {
+    let mut next = |at: usize| match line(&mut file) {
+        Ok(found) => Ok(found),
+        Err(error) if error.kind() == io::ErrorKind::InvalidData => Err(wrong(at, error.to_string())),
+        Err(error) => Err(io_at(path)(error)),
+    };
+    let Some(header) = next(1)? else {
         return Ok((Vec::new(), 0, 0));
     };
     if header.trim_end() != HEADER {
         return Err(wrong(1, "other columns than this program writes".to_owned()));
     }
-    let (mut rows, mut open, mut bytes) = (Vec::new(), Vec::new(), header.len());
-    let (mut done, mut open_bytes) = (0_u64, 0);
-    for (at, line) in (2..).zip(lines) {
+    let (mut rows, mut open, mut bytes) = (Vec::new(), Vec::new(), header.len() as u64);
+    let (mut done, mut open_bytes, mut at) = (0_u64, 0_u64, 2);
+    // Names of the stratum's targets, made once for all its operations.
+    let mut named: (&str, Vec<String>) = ("", Vec::new());
+    while let Some(line) = next(at)? {
         let row = Row::read(line.trim_end_matches('\n')).map_err(|why| wrong(at, why))?;
         let expected = plan.operation(done);
-        let is_next = expected.is_some_and(|(stratum, number)| stratum.name == row.stratum && number == row.number);
-        if !is_next {
+        let is_next = expected.filter(|(stratum, number)| stratum.name == row.stratum && *number == row.number);
+        let Some((stratum, _)) = is_next else {
             let found = format!("operation {} of {:?} does not come next", row.number, row.stratum);
             return Err(wrong(at, found));
+        };
+        if named.0 != stratum.name {
+            let names = stratum.targets().into_iter().map(|target| target.name);
+            named = (&stratum.name, names.collect());
+        }
+        if named.1.get(open.len()) != Some(&row.target) {
+            return Err(wrong(at, format!("target {:?} does not come next", row.target)));
         }
         open.push(row);
-        open_bytes += line.len();
-        if expected.is_some_and(|(stratum, _)| stratum.dials.targets.len() == open.len()) {
+        open_bytes += line.len() as u64;
+        at += 1;
+        if named.1.len() == open.len() {
             rows.append(&mut open);
             (bytes, open_bytes, done) = (bytes + open_bytes, 0, done + 1);
         }
     }
     Ok((rows, done, bytes))
+}
+
+/// The next line with its end; `None` at the end of the file, and before what a kill or a power cut has left of a line.
+///
+/// # Errors
+/// The system's; [`io::ErrorKind::InvalidData`] for what no study has written.
+fn line(file: &mut impl BufRead) -> io::Result<Option<String>> {
+    let mut bytes = Vec::new();
+    file.take(MOST_LINE as u64).read_until(b'\n', &mut bytes)?;
+    // A file system may leave zeros where data did not arrive.
+    let text = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    let ends_in_zeros = text < bytes.len() && bytes[text..].iter().all(|byte| *byte == 0);
+    let is_torn = bytes.len() < MOST_LINE || ends_in_zeros;
+    match (bytes.last(), is_torn) {
+        (Some(b'\n'), _) => {}
+        (_, true) => return Ok(None),
+        _ => {
+            let why = format!("it is longer than {MOST_LINE} bytes");
+            return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+        }
+    }
+    let text = String::from_utf8(bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
+    Ok(Some(text))
 }

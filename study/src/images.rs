@@ -63,6 +63,20 @@ impl Images {
         found.clone()
     }
 
+    /// The image of the examination of an operation, made again where it is not there: for who wants to see it.
+    pub(crate) fn ct(&self, stratum: &Stratum, number: u64, metal: &[Point<Ct>]) -> Result<PathBuf, Words> {
+        let key = key(stratum, number % stratum.dials.ct.images, metal);
+        let path = self.folder.join(&key).join("ct.mha");
+        if !path.exists() {
+            // With the folder of its beads.
+            self.of(stratum, number, metal)?;
+            let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&self.folder)?;
+            let made = patient::write(beside.path(), &stratum.dials, metal, seed(&key)?)?;
+            fs::rename(made, &path)?;
+        }
+        Ok(path)
+    }
+
     fn examined(&self, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Result<Examined, Words> {
         let folder = self.folder.join(key);
         let path = folder.join("beads.json");
@@ -79,9 +93,7 @@ impl Images {
 }
 
 fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Result<(), Words> {
-    // 16 hexadecimal digits are a seed.
-    let seed = u64::from_str_radix(key, 16)?;
-    let ct = patient::write(folder, &stratum.dials, metal, seed)?;
+    let ct = patient::write(folder, &stratum.dials, metal, seed(key)?)?;
     let (volume, out) = (ct.to_string_lossy(), folder.join("beads.json"));
     let out = out.to_string_lossy();
     let radius = (0.5 * stratum.dials.bead_mm).to_string();
@@ -94,6 +106,11 @@ fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Res
     found
         .map(drop)
         .map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
+}
+
+/// 16 hexadecimal digits are a seed.
+fn seed(key: &str) -> Result<u64, Words> {
+    Ok(u64::from_str_radix(key, 16)?)
 }
 
 /// How many different examinations a plan has: strata whose CTs follow from the same numbers share them.

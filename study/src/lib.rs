@@ -31,6 +31,7 @@ pub mod run;
 pub mod statistics;
 mod steps;
 mod truth;
+pub mod worst;
 
 pub use truth::LINKS;
 

@@ -1,25 +1,30 @@
 //! One operation, from the marker's calibration to the last target.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use chance::{Chance, mix};
-use geometry::{Ct, Point, Reference, Rigid};
+use geometry::{Ct, Marker, Point, Reference, Rigid};
 use phantom::Landmark;
 use tracker_proc::chain::{Chain, Registration};
 use tracker_proc::operating_room::OperatingRoom;
 
-use crate::approach::{Approached, approach, at_target, longest_s, push, task};
+use crate::approach::{Approached, Tape, approach, at_target, longest_s, push, task};
 use crate::images::Images;
 use crate::patient::{metal, patient, touched};
 use crate::plan::{Bump, PlantedIn, Stratum};
 use crate::record::{Ended, Row};
 use crate::room::TrueRoom;
-use crate::steps::{Prepared, Refused, Step, Work, true_from_calibrated, true_tool};
+use crate::steps::{Prepared, Refused, Step, Verdict, Work, true_from_calibrated, true_tool};
 use crate::truth::{LINKS, Told, True, length, shifted, told};
 
 /// What is drawn of an operation, by number.
 const BUMPED: u64 = 1;
 const TASKS: u64 = 100;
+
+/// The words of a check that refused the registration, and of one that could not be made.
+const FAIL: &str = "fail";
+const NOT_MADE: &str = "not-made";
 
 /// What is the same for all targets of an operation.
 struct Ready {
@@ -31,6 +36,9 @@ struct Ready {
     check: String,
     /// Why the check refused.
     refused: Option<String>,
+    /// The emitters as they were calibrated.
+    emitters: Vec<Point<Marker>>,
+    ct_hash: String,
 }
 
 /// The lines of an operation, one for each target. `folder` is its own, and empty.
@@ -38,30 +46,12 @@ struct Ready {
 /// # Errors
 /// Where the machine failed: of such an operation there are no lines.
 pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &Path) -> Result<Vec<Row>, Refused> {
-    let name = blake3::hash(stratum.name.as_bytes());
-    // The first bytes of the name's hash: strata of one seed draw apart.
-    let of_name = name
-        .as_bytes()
-        .iter()
-        .take(8)
-        .fold(0_u64, |all, byte| (all << 8) | u64::from(*byte));
-    let work = Work {
-        stratum,
-        seed: mix(stratum.seed ^ mix(of_name ^ mix(number))),
-        folder,
-    };
-    let patient = patient();
-    let targets: Vec<Landmark> = stratum
-        .dials
-        .targets
-        .iter()
-        .filter_map(|at| patient.targets().get(*at).cloned())
-        .collect();
+    let (work, targets) = (work(stratum, number, folder), stratum.targets());
     match ready(&work, number, images, &targets) {
         Ok(mut ready) => {
             let mut rows = Vec::new();
             for (at, target) in (0..).zip(&targets) {
-                rows.push(ready.approached(&work, number, target, mix(work.seed ^ mix(TASKS + at))));
+                rows.push(ready.approached(&work, number, target, (task_seed(&work, at), None)));
             }
             Ok(rows)
         }
@@ -76,6 +66,71 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
             Ok(targets.iter().map(refused).collect())
         }
     }
+}
+
+/// The files of an operation, and what all that is drawn follows from.
+fn work<'a>(stratum: &'a Stratum, number: u64, folder: &'a Path) -> Work<'a> {
+    let name = blake3::hash(stratum.name.as_bytes());
+    // The first bytes of the name's hash: strata of one seed draw apart.
+    let of_name = name
+        .as_bytes()
+        .iter()
+        .take(8)
+        .fold(0_u64, |all, byte| (all << 8) | u64::from(*byte));
+    Work {
+        stratum,
+        seed: mix(stratum.seed ^ mix(of_name ^ mix(number))),
+        folder,
+    }
+}
+
+fn task_seed(work: &Work<'_>, at: u64) -> u64 {
+    mix(work.seed ^ mix(TASKS + at))
+}
+
+/// One approach of an operation once more, with all its frames.
+pub(crate) struct Again {
+    /// Its line, as it was.
+    pub(crate) row: Row,
+    /// The frames.
+    pub(crate) tape: Tape,
+    /// What made poses of them.
+    pub(crate) chain: Chain,
+    /// The emitters as they were calibrated.
+    pub(crate) emitters: Vec<Point<Marker>>,
+    /// The hash of the examination.
+    pub(crate) ct_hash: String,
+}
+
+/// Does the approach of the `at`-th target once more; the files of the operation are left in `folder`.
+///
+/// # Errors
+/// Those of its steps, and of the machine.
+pub(crate) fn again(
+    stratum: &Stratum,
+    (number, at): (u64, usize),
+    images: &Images,
+    folder: &Path,
+) -> Result<Again, Refused> {
+    let (work, targets) = (work(stratum, number, folder), stratum.targets());
+    let mut ready = ready(&work, number, images, &targets)?;
+    // The time of the approaches before it goes by.
+    for _ in 0..at {
+        ready.room.wait(longest_s(ready.room.rate_hz()));
+    }
+    let target = targets.get(at).ok_or_else(|| Refused {
+        step: Step::Chain,
+        why: "the operation has no such target".to_owned(),
+    })?;
+    let tape = RefCell::new(Tape::default());
+    let row = ready.approached(&work, number, target, (task_seed(&work, at as u64), Some(&tape)));
+    Ok(Again {
+        row,
+        tape: tape.into_inner(),
+        chain: ready.chain,
+        emitters: ready.emitters,
+        ct_hash: ready.ct_hash,
+    })
 }
 
 /// Everything before the first approach.
@@ -119,6 +174,8 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
         bump: bumped.map_or("", |(_, when)| when),
         check,
         refused,
+        emitters: prepared.emitters,
+        ct_hash: examined.beads.ct_hash.clone(),
         room,
     })
 }
@@ -137,9 +194,10 @@ fn check(
         return Ok((String::new(), None));
     };
     match work.checked(room, prepared, beads, *place) {
-        Ok(verdict) => Ok((verdict, None)),
+        Ok(Verdict::Passed(word)) => Ok((word, None)),
+        Ok(Verdict::Fail(why)) => Ok((FAIL.to_owned(), Some(why))),
         Err(refused) if refused.is_of_the_machine() => Err(refused),
-        Err(refused) => Ok(("fail".to_owned(), Some(refused.why))),
+        Err(refused) => Ok((NOT_MADE.to_owned(), Some(refused.why))),
     }
 }
 
@@ -174,7 +232,13 @@ fn planted(stratum: &Stratum, chain: Chain) -> Option<Chain> {
 }
 
 impl Ready {
-    fn approached(&mut self, work: &Work<'_>, number: u64, target: &Landmark, seed: u64) -> Row {
+    fn approached(
+        &mut self,
+        work: &Work<'_>,
+        number: u64,
+        target: &Landmark,
+        (seed, tape): (u64, Option<&RefCell<Tape>>),
+    ) -> Row {
         let dials = &work.stratum.dials;
         let row = Row {
             bump: self.bump.to_owned(),
@@ -202,7 +266,7 @@ impl Ready {
                 },
             );
         }
-        let done = approach(&task, (&self.room.localizer, &self.chain), dials, from);
+        let done = approach(&task, (&self.room.localizer, &self.chain), dials, from, tape);
         self.told(&done, target.centre, dials.understated, row)
     }
 
@@ -213,12 +277,13 @@ impl Ready {
         told(&self.truth, &self.chain, (&frame, &frame), &found.ct_from_tool, target)
     }
 
-    /// A refusal of the check is right where the true error is beyond what was predicted, or beyond what is allowed.
+    /// A refusal of the check is right where the registration is truly off at the target by more than the radius that its own covariance
+    /// gives for 95 of 100, or by more than is allowed. A check that could not be made says nothing of it.
     fn judged(&self, told: Option<Told>, max_mm: f64, row: Row) -> Row {
         let Some(told) = told else { return row };
-        let found = length(told.error);
+        let [found, radius] = told.registration;
         Row {
-            right: Some(found > told.ball_95_mm.min(max_mm)),
+            right: (self.check == FAIL).then_some(found > radius.min(max_mm)),
             ..with(&told, told.ball_95_mm, row)
         }
     }

@@ -3,10 +3,14 @@
 mod check;
 mod error;
 mod raw;
+mod sweep;
 
 use std::path::{Path, PathBuf};
 
+use phantom::{Landmark, Phantom};
+
 pub use error::PlanError;
+pub use sweep::{Factor, Sweep};
 
 /// The longest study file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -16,6 +20,8 @@ const MAX_BYTES: u64 = 1 << 20;
 pub struct Plan {
     /// In the order of the files and of the strata in them; no two of one name.
     pub strata: Vec<Stratum>,
+    /// Factorial sweeps among them, in order.
+    pub sweeps: Vec<Sweep>,
     /// BLAKE3 of the files' texts, hexadecimal: what a folder of results is of.
     pub hash: String,
     /// The files' names without folders, for the report.
@@ -50,6 +56,8 @@ pub struct Dials {
     pub bead_mm: f64,
     /// The balls of emitters on tool and patient.
     pub marker: Marker,
+    /// How the marker on the patient sits on it: turned by so much about an axis that is none of the patient's.
+    pub reference_deg: f64,
     /// Who sees them.
     pub localizer: Localizer,
     /// How calibrations are made.
@@ -95,6 +103,8 @@ pub struct Marker {
     pub emitters: usize,
     /// Of the ball.
     pub radius_mm: f64,
+    /// How wide it is across its axis, as a share of that: 1 is a ball, little is a needle.
+    pub width: f64,
     /// Half-angle in which an emitter shines.
     pub cone_deg: f64,
     /// How far emitters are from where they were to be put, standard deviation along each axis.
@@ -114,6 +124,10 @@ pub struct Localizer {
     pub latency_s: f64,
     /// How long it has been on when the operation begins: its frames are numbered from the beginning.
     pub uptime_s: f64,
+    /// By how much it and its axes are turned about the patient's long axis.
+    pub turned_deg: f64,
+    /// And then moved, along left, posterior and superior.
+    pub moved_mm: [f64; 3],
 }
 
 /// How calibrations are made.
@@ -171,6 +185,17 @@ pub enum PlantedIn {
     Registration,
 }
 
+impl Stratum {
+    /// What is approached, in this order.
+    pub fn targets(&self) -> Vec<Landmark> {
+        let (patient, numbers) = (Phantom::new(phantom::DEFAULT_SEED), &self.dials.targets);
+        numbers
+            .iter()
+            .filter_map(|at| patient.targets().get(*at).cloned())
+            .collect()
+    }
+}
+
 impl Plan {
     /// Reads and checks study files; all of them together are one study.
     ///
@@ -194,12 +219,14 @@ impl Plan {
     /// [`PlanError`].
     pub fn of_texts<'a>(texts: impl IntoIterator<Item = (&'a Path, &'a str)>) -> Result<Self, PlanError> {
         let mut hash = blake3::Hasher::new();
-        let (mut strata, mut files) = (Vec::<Stratum>::new(), Vec::new());
+        let (mut strata, mut sweeps, mut files) = (Vec::<Stratum>::new(), Vec::new(), Vec::new());
         for (path, text) in texts {
             hash.update(&(text.len() as u64).to_le_bytes());
             hash.update(text.as_bytes());
             files.push(path.file_name().unwrap_or_default().to_string_lossy().into_owned());
-            for stratum in check::strata(path, text)? {
+            let (own, sweep) = check::strata(path, text, strata.len())?;
+            sweeps.extend(sweep);
+            for stratum in own {
                 if strata.iter().any(|other| other.name == stratum.name) {
                     return Err(PlanError::Twice {
                         path: path.to_owned(),
@@ -214,6 +241,7 @@ impl Plan {
         }
         Ok(Self {
             strata,
+            sweeps,
             hash: hash.finalize().to_hex().to_string(),
             files,
         })

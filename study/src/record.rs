@@ -6,6 +6,10 @@ use crate::truth::LINKS;
 pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,\
                           registration_mm,registration_rms_mm,bump_mm,reference_mm,reference_rms_mm,frame_mm,frame_rms_mm,marker_mm,\
                           tool_mm,tool_rms_mm,rest_mm,why";
+/// The most characters that are told of why.
+const MOST_WHY: usize = 1000;
+/// The longest line, bytes: one of names, numbers and [`MOST_WHY`] characters is shorter.
+pub(crate) const MOST_LINE: usize = 8192;
 /// How many there are.
 const COLUMNS: usize = 28;
 
@@ -49,11 +53,11 @@ pub struct Row {
     pub ended: Ended,
     /// The step that refused; empty where none did.
     pub step: String,
-    /// What `calib check` said: `pass`, `warn`, `fail`, or nothing where it was not asked.
+    /// What `calib check` said: `pass`, `warn` or `fail`; `not-made` where it could not be made, nothing where it was not asked.
     pub check: String,
     /// `before` or `after` the check, where the marker on the patient was moved on it.
     pub bump: String,
-    /// Of a refusal by the check: whether the true error was beyond what was predicted, or beyond what is allowed.
+    /// Of a refusal by the check: whether the registration was off by more than its own covariance gives for 95 of 100, or than is allowed.
     pub right: Option<bool>,
     /// The true error of the last pose shown, at the target; of an operation that the check refused, of the pose that would have been.
     pub tre_mm: f64,
@@ -112,7 +116,8 @@ impl Row {
         }
         fields.push(number(self.rest_mm));
         // One line, and no field that a reader would have to unquote.
-        fields.push(self.why.replace(['\n', '\r', ','], " ").replace('"', "'"));
+        let why: String = self.why.chars().take(MOST_WHY).collect();
+        fields.push(why.replace(['\n', '\r', ','], " ").replace('"', "'"));
         fields.join(",") + "\n"
     }
 

@@ -14,7 +14,7 @@ use tracker_proc::Markers;
 use tracker_proc::operating_room::{Frame, OperatingRoom, Script};
 
 use crate::Words;
-use crate::plan::{Dials, Stratum};
+use crate::plan::{Dials, Localizer, Stratum};
 
 /// From the order until the hand is there and has settled, s: it goes for 1.2 s.
 const SETTLED_S: f64 = 1.4;
@@ -25,6 +25,12 @@ const BASE: &str =
 /// The tool's name, and its length from the tip to the handle, mm.
 pub(crate) const TOOL: &str = "mediastinoscope";
 pub(crate) const LENGTH_MM: f64 = 180.0;
+/// Where the localizer stands, as a scene has it that says nothing of it: the first and the third number of the quaternion, and mm.
+const STANDS_QUATERNION: [f64; 2] = [0.948_683_298_050_513_8, -0.316_227_766_016_837_94];
+const STANDS_MM: [f64; 3] = [1380.0, 0.0, -1840.0];
+/// Where the marker on the patient sits, as a scene has it that says nothing of it, and about what it is turned there: 2, 3 and 6 sevenths.
+const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
+const REFERENCE_AXIS: [f64; 3] = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
 /// The diameter of a hand that comes between, mm.
 const HAND_MM: f64 = 45.0;
 
@@ -190,14 +196,16 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
     // What a seed of a scene may be is bounded by TOML's integers.
     let mut text = format!(
         "seed = {}\n[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"operating-room\"\nrate_hz = {}\n\
-         [tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}\
+         {}[tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}ct_from_reference = {}\n\
          [tracker.room.localizer]\nacross_mm = {}\ndepth_mm = {}\n\
          [tracker.room.practice]\ndivot_ct_mm = [{x}, {y}, {z}]\nct_from_base = {{ {BASE} }}\ntouch_error_mm = {}\ntremor_mm = {}\n",
         seed >> 1,
         localizer.rate_hz,
+        standing(&localizer),
         marker.cone_deg,
         ball(dials),
         reference_text("tracker.room", dials),
+        pose(REFERENCE_AXIS, dials.reference_deg, REFERENCE_MM),
         localizer.across_mm,
         localizer.depth_mm,
         touch.error_mm,
@@ -214,13 +222,65 @@ fn truth_text(dials: &Dials, seed: u64) -> String {
     text
 }
 
+/// Where the localizer stands, as a scene says it of the axes that its places are told in; nothing of the usual place.
+fn standing(localizer: &Localizer) -> String {
+    let Localizer {
+        turned_deg,
+        moved_mm: [x, y, z],
+        ..
+    } = localizer;
+    if *turned_deg == 0.0 && [x, y, z].iter().all(|mm| **mm == 0.0) {
+        return String::new();
+    }
+    let (sin, cos) = (0.5 * turned_deg.to_radians()).sin_cos();
+    // Its quaternion is (w, 0, v, 0), before which a turn about z comes.
+    let [w, v] = STANDS_QUATERNION;
+    let [a, b, c] = stands_mm(*turned_deg, STANDS_MM);
+    format!(
+        "ct_from_tracker = {{ quaternion = [{:?}, {:?}, {:?}, {:?}], translation_mm = [{:?}, {:?}, {:?}] }}\n",
+        cos * w,
+        -sin * v,
+        cos * v,
+        sin * w,
+        a + x,
+        b + y,
+        c + z
+    )
+}
+
+/// A place, turned about the patient's long axis.
+fn stands_mm(deg: f64, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let (sin, cos) = deg.to_radians().sin_cos();
+    [x * cos - y * sin, x * sin + y * cos, z]
+}
+
+/// How many times farther than usual the localizer is from a place of the CT, mm.
+pub(crate) fn farther(localizer: &Localizer, place: [f64; 3]) -> f64 {
+    let [x, y, z] = stands_mm(localizer.turned_deg, STANDS_MM);
+    let [a, b, c] = localizer.moved_mm;
+    let point = |[x, y, z]: [f64; 3]| Point::<Ct>::new(x, y, z);
+    let at = |stands: [f64; 3]| point(stands).distance(point(place));
+    at([x + a, y + b, z + c]) / at(STANDS_MM)
+}
+
+/// A pose as a scene has it, of a turn about an axis of length 1.
+fn pose(axis: [f64; 3], deg: f64, [x, y, z]: [f64; 3]) -> String {
+    let (sin, cos) = (0.5 * deg.to_radians()).sin_cos();
+    let [a, b, c] = axis.map(|part| sin * part);
+    format!("{{ quaternion = [{cos:?}, {a:?}, {b:?}, {c:?}], translation_mm = [{x:?}, {y:?}, {z:?}] }}")
+}
+
 /// The marker on the patient, as it was drawn.
 pub(crate) fn reference_text(table: &str, dials: &Dials) -> String {
     let marker = dials.marker;
-    format!(
-        "[{table}.reference]\nball = {{ emitters = {}, radius_mm = {:?} }}\ncone_deg = {:?}\n",
-        marker.emitters, marker.radius_mm, marker.cone_deg
-    )
+    let body = match marker.width < 1.0 {
+        true => format!("emitters = [{}]", ball(dials)),
+        false => format!(
+            "ball = {{ emitters = {}, radius_mm = {:?} }}",
+            marker.emitters, marker.radius_mm
+        ),
+    };
+    format!("[{table}.reference]\n{body}\ncone_deg = {:?}\n", marker.cone_deg)
 }
 
 /// The emitters of a ball, one by one.
@@ -228,10 +288,12 @@ fn ball(dials: &Dials) -> String {
     let one = |out: geometry::Direction<Marker>| {
         let [x, y, z] = out.components();
         let r = dials.marker.radius_mm;
+        // Along its axis it is as long as the ball; emitters look where those of the ball do.
+        let across = r * dials.marker.width;
         format!(
             "{{ at_mm = [{:?}, {:?}, {:?}], normal = [{x:?}, {y:?}, {z:?}] }}",
-            x * r,
-            y * r,
+            x * across,
+            y * across,
             z * r
         )
     };
@@ -255,4 +317,48 @@ pub(crate) fn tracker_text(dials: &Dials, emitters: &[Point<Marker>]) -> String 
         dials.localizer.across_mm,
         dials.localizer.depth_mm,
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Plan;
+
+    /// The quaternion that is written, by matrices: a turn about the long axis before the usual place's.
+    #[test]
+    fn a_localizer_that_is_turned_and_moved_stands_where_it_is_said_to_stand() {
+        for (deg, moved) in [
+            (0.0, [0.0, 0.0, 1.0]),
+            (179.9999999, [0.0; 3]),
+            (-90.0, [1e4, -20.0, 3.0]),
+            (300.0, [0.0; 3]),
+        ] {
+            let text =
+                format!("[[stratum]]\nname = \"a\"\nlocalizer = {{ turned_deg = {deg:?}, moved_mm = {moved:?} }}");
+            let plan = Plan::of_texts([(Path::new("a.toml"), text.as_str())]).unwrap();
+            let scene = parsed(&truth_text(&plan.strata[0].dials, 4)).unwrap();
+            let usual = parsed("[tracker]\nsource = \"operating-room\"\n[tracker.room]\n").unwrap();
+            let none = Vector::new(0.0, 0.0, 0.0);
+            let turn =
+                Rigid::<Ct, Ct>::from_rotation_vector(Vector::new(0.0, 0.0, f64::to_radians(deg)), none).unwrap();
+            let [x, y, z] = moved;
+            for p in [Point::new(0.0, 0.0, 0.0), Point::new(30.0, -20.0, 2300.0)] {
+                let expected = turn * (usual.tracker.ct_from_tracker * p) + Vector::new(x, y, z);
+                let found = scene.tracker.ct_from_tracker * p;
+                // Places of 1e4 mm to rounding, and quaternions that are normed to it: 1e-12 mm times ten.
+                assert!(
+                    found.distance(expected) < 1e-10,
+                    "{deg} {moved:?}: {found:?} {expected:?}"
+                );
+            }
+            let eye = scene.tracker.ct_from_tracker * Point::new(0.0, 0.0, 0.0);
+            let there = usual.tracker.ct_from_tracker * Point::new(0.0, 0.0, 0.0);
+            let place = Point::new(0.0, -300.0, 100.0);
+            let times = farther(&plan.strata[0].dials.localizer, [0.0, -300.0, 100.0]);
+            assert!(
+                (times - eye.distance(place) / there.distance(place)).abs() < 1e-12,
+                "{times}"
+            );
+        }
+    }
 }

@@ -7,7 +7,7 @@ use std::sync::mpsc;
 
 use bus::clock::{monotonic_ns, ms};
 
-use crate::folder::{Folder, FolderError};
+use crate::folder::{self, Folder, FolderError};
 use crate::images::Images;
 use crate::operation::operate;
 use crate::plan::Plan;
@@ -15,6 +15,8 @@ use crate::record::Row;
 
 /// Between two words of progress, s.
 const TELL_S: f64 = 5.0;
+/// Between two pages on the way, s.
+const PAGE_S: f64 = 30.0;
 
 /// Why a study did not come to its end.
 #[derive(Debug, thiserror::Error)]
@@ -59,9 +61,21 @@ pub struct Done {
 /// # Errors
 /// [`RunError`]; what was written stays, and is gone on with.
 pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
+    run_telling(plan, (out, threads), &mut |_| {})
+}
+
+/// The same; half a minute after the last time it gives all lines that there are by now to `page`.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_telling(
+    plan: &Plan,
+    (out, threads): (&Path, usize),
+    page: &mut dyn FnMut(&[Row]),
+) -> Result<Done, RunError> {
     let mut folder = Folder::open(out, plan)?;
     let (before, total) = (folder.done, plan.operations());
-    let images = Images::new(folder.file("images"));
+    let images = Images::new(folder.file(folder::IMAGES));
     let next = AtomicU64::new(before);
     let began = monotonic_ns();
     std::thread::scope(|scope| {
@@ -91,7 +105,7 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
             });
         }
         drop(send);
-        let result = gathered(&mut folder, &received, (before, total), began);
+        let result = gathered(&mut folder, &received, (before, total, began), page);
         // Who is not received any more stops after what it is at.
         next.store(total, Ordering::Relaxed);
         result
@@ -110,11 +124,11 @@ pub fn run(plan: &Plan, out: &Path, threads: usize) -> Result<Done, RunError> {
 fn gathered(
     folder: &mut Folder,
     received: &mpsc::Receiver<(u64, Result<Vec<Row>, RunError>)>,
-    (before, total): (u64, u64),
-    began: i64,
+    (before, total, began): (u64, u64, i64),
+    page: &mut dyn FnMut(&[Row]),
 ) -> Result<(), RunError> {
     let mut waiting = BTreeMap::new();
-    let mut told_s = 0.0;
+    let (mut told_s, mut paged_s) = (0.0, 0.0);
     for (at, rows) in received {
         waiting.insert(at, rows?);
         while let Some(rows) = waiting.remove(&folder.done) {
@@ -124,6 +138,11 @@ fn gathered(
         if passed_s - told_s > TELL_S || folder.done == total {
             told_s = passed_s;
             tell(folder.done, before, total, passed_s);
+        }
+        if passed_s - paged_s > PAGE_S && folder.done < total {
+            page(&folder.rows);
+            // From its end on: a page of many lines does not follow at once on another.
+            paged_s = seconds_since(began);
         }
     }
     Ok(())

@@ -85,6 +85,58 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     sum / count
 }
 
+/// The 0.975 quantile of Student's t with `k` degrees of freedom: `t^2 = k b / (1 - b)` with `b` that of a beta distribution of 1/2 and
+/// k/2 (DLMF 8.17; `b` and `1 - b` by the smaller of both).
+pub fn student(k: f64) -> f64 {
+    let rest = beta_quantile(1.0 - LEVEL, 0.5 * k, 0.5);
+    (k * (1.0 - rest) / rest).sqrt()
+}
+
+/// Numbers of one kind: how many, their mean and their variance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// How many: at least two.
+    pub count: f64,
+    /// Their mean.
+    pub mean: f64,
+    /// Their variance, of one less than there are.
+    pub variance: f64,
+}
+
+impl Sample {
+    /// Of at least two numbers.
+    pub fn of(values: &[f64]) -> Option<Self> {
+        let (count, mean) = (values.len() as f64, mean(values.iter().copied()));
+        let squares = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+        (count > 1.5).then(|| Self {
+            count,
+            mean,
+            variance: squares / (count - 1.0),
+        })
+    }
+}
+
+/// A sum of means with weights, and its interval for samples of variances of their own (Welch 1947; degrees of freedom after
+/// Satterthwaite 1946).
+pub fn contrast(terms: &[(f64, Sample)]) -> Estimate {
+    let (mut found, mut variance, mut fourth) = (0.0, 0.0, 0.0);
+    for (weight, sample) in terms {
+        let part = weight * weight * sample.variance / sample.count;
+        found += weight * sample.mean;
+        variance += part;
+        fourth += part * part / (sample.count - 1.0);
+    }
+    let half = match variance > 0.0 {
+        true => student(variance * variance / fourth) * variance.sqrt(),
+        // Samples without any scatter, or none.
+        false => variance,
+    };
+    Estimate {
+        found,
+        interval: [found - half, found + half],
+    }
+}
+
 fn beta_quantile(p: f64, a: f64, b: f64) -> f64 {
     bisected([0.0, 1.0], |x| beta(x, a, b) < p)
 }
@@ -160,6 +212,26 @@ mod tests {
             (low - (3.0 - 1.96 * (6e-4_f64).sqrt())).abs() < 1e-3 && (high - 3.048).abs() < 1e-3,
             "{low} {high}"
         );
+    }
+
+    /// Abramowitz and Stegun 1964, table 26.10: 1, 4, 10 and 60 degrees of freedom, 0.975.
+    #[test]
+    fn students_t_is_that_of_the_table() {
+        for (k, expected) in [(1.0, 12.706), (4.0, 2.776), (10.0, 2.228), (60.0, 2.000)] {
+            assert!((student(k) - expected).abs() < 6e-4, "{k}: {}", student(k));
+        }
+    }
+
+    /// One sample: Student's interval of a mean; two alike: their difference has twice the variance and twice the degrees of freedom.
+    #[test]
+    fn a_contrast_has_students_interval() {
+        let sample = Sample::of(&[1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+        assert_eq!((sample.mean, sample.variance), (3.0, 2.5));
+        let one = contrast(&[(1.0, sample)]);
+        assert!((one.interval[1] - 3.0 - 2.776 * 0.5_f64.sqrt()).abs() < 1e-3, "{one:?}");
+        let two = contrast(&[(1.0, sample), (-1.0, sample)]);
+        assert!(two.found == 0.0 && (two.interval[1] - 2.306).abs() < 1e-3, "{two:?}");
+        assert_eq!(Sample::of(&[1.0]), None);
     }
 
     #[test]

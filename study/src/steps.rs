@@ -18,7 +18,7 @@ use tracker_proc::{Markers, chain_of_files};
 
 use crate::Words;
 use crate::plan::Stratum;
-use crate::room::{DIVOT_MM, TOOL, TrueRoom, parsed, tracker_text};
+use crate::room::{DIVOT_MM, TOOL, TrueRoom, farther, parsed, tracker_text};
 
 /// The name of the tool's marker in files.
 const MARKER: &str = "ball";
@@ -94,6 +94,18 @@ impl Refused {
     }
 }
 
+/// What `calib check` says where it was made and refuses the registration.
+const FAILED: &str = "do not use this registration";
+
+/// What a check came to.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// The registration may be used: `pass` or `warn`.
+    Passed(String),
+    /// It may not, and why.
+    Fail(String),
+}
+
 /// The files of an operation.
 pub(crate) struct Work<'a> {
     pub(crate) stratum: &'a Stratum,
@@ -143,7 +155,10 @@ impl Work<'_> {
         fs::write(self.file("frames.csv"), frames_text(&frames)).map_err(Refused::at(Step::Marker))?;
         let localizer = self.stratum.dials.localizer;
         let (frames, out) = (self.named("frames.csv"), self.named("marker.json"));
-        let [across, depth] = [localizer.across_mm, localizer.depth_mm].map(|mm| mm.to_string());
+        // The deviations where the marker is turned: they grow with the distance, those in depth with its square.
+        let times = farther(&localizer, TURNED_AT_MM);
+        let [across, depth] =
+            [localizer.across_mm * times, localizer.depth_mm * times * times].map(|mm| mm.to_string());
         let count = self.stratum.dials.marker.emitters.to_string();
         let words = [
             "marker",
@@ -219,6 +234,14 @@ impl Work<'_> {
     ) -> Result<(), Refused> {
         let heard = room.listen(practice, seconds, &mut prepared.markers);
         let heard = heard.map_err(Refused::at(step))?;
+        if heard.poses.is_empty() {
+            // The file would say that it is empty, and not why.
+            let why = format!(
+                "none of {} frames shows the marker; the last: {}",
+                heard.lost, heard.why
+            );
+            return Err(Refused { step, why });
+        }
         heard.write(&self.file(name)).map_err(Refused::at(step))
     }
 
@@ -282,14 +305,17 @@ impl Work<'_> {
         chain_of_files(&scene, ct_hash, region).map_err(Refused::at(Step::Chain))
     }
 
-    /// A bead that the registration was not made of is touched. What `calib check` says of it in one word.
+    /// A bead that the registration was not made of is touched. What `calib check` says of it.
+    ///
+    /// # Errors
+    /// Where the check could not be made.
     pub(crate) fn checked(
         &self,
         room: &mut TrueRoom,
         prepared: &mut Prepared,
         beads: &BeadsFile,
         place: Point<Ct>,
-    ) -> Result<String, Refused> {
+    ) -> Result<Verdict, Refused> {
         let failed = Refused::at(Step::Check);
         let known =
             found(beads, place).ok_or_else(|| failed("the bead to be checked was not found in the CT".to_owned()))?;
@@ -318,9 +344,12 @@ impl Work<'_> {
             &most,
             "--json",
         ];
-        let said: serde_json::Value =
-            serde_json::from_str(&self.calib(Step::Check, &words)?).map_err(Refused::at(Step::Check))?;
-        Ok(said["verdict"].as_str().unwrap_or_default().to_owned())
+        let said = match self.calib(Step::Check, &words) {
+            Err(refused) if refused.why.contains(FAILED) => return Ok(Verdict::Fail(refused.why)),
+            said => said?,
+        };
+        let said: serde_json::Value = serde_json::from_str(&said).map_err(Refused::at(Step::Check))?;
+        Ok(Verdict::Passed(said["verdict"].as_str().unwrap_or_default().to_owned()))
     }
 }
 

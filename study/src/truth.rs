@@ -53,6 +53,8 @@ pub(crate) struct Told {
     pub(crate) nees: f64,
     /// The ball that holds 95 of 100 by the covariance, mm.
     pub(crate) ball_95_mm: f64,
+    /// How far the registration is off by itself, (2) and (3) together, and the radius that its own covariance gives for 95 of 100, mm.
+    pub(crate) registration: [f64; 2],
     /// (2) to (7), in the order of [`LINKS`].
     pub(crate) links: [LinkError; 6],
 }
@@ -103,11 +105,9 @@ pub(crate) fn told(
     // Where the target lies in the frames of the links, by what was measured: errors are carried there by each link's covariance.
     let outer = registration.transform() * b_hat.inverse();
     let at_tool = pose.transform().inverse() * target;
+    let registered = registration * (registration.transform().inverse() * target);
     let links = [
-        stated(
-            error(registration.transform() * truth.registered.inverse()),
-            registration * (registration.transform().inverse() * target),
-        ),
+        stated(error(registration.transform() * truth.registered.inverse()), registered),
         unstated(error(truth.registered * r.inverse())),
         stated(
             error(r * b_hat.inverse() * b * r.inverse()),
@@ -128,6 +128,10 @@ pub(crate) fn told(
         error: whole,
         nees: nees(&at.covariance(), whole)?,
         ball_95_mm: at.radius_95_mm(),
+        registration: [
+            length(error(registration.transform() * r.inverse())),
+            registered.radius_95_mm(),
+        ],
         links,
     })
 }

@@ -117,6 +117,21 @@ pub enum Reason {
     NoReference,
 }
 
+impl Reason {
+    /// The reason as it goes over the bus.
+    pub fn lost(&self) -> Lost {
+        match self {
+            Self::Tool(BodyLost::Malformed { .. }) | Self::Reference(BodyLost::Malformed { .. }) => Lost::Refused,
+            Self::Reference(_) | Self::NoReference => Lost::Reference,
+            Self::Stated(lost) => *lost,
+            Self::Tool(BodyLost::NotSeen) => Lost::NotSeen,
+            Self::Tool(BodyLost::TooFew { .. }) => Lost::TooFew,
+            Self::Tool(BodyLost::Geometry { .. }) => Lost::Geometry,
+            Self::Tool(BodyLost::Residual { .. }) => Lost::Residual,
+        }
+    }
+}
+
 impl Chain {
     /// The constants that the chain was made with.
     pub fn links(&self) -> Links {

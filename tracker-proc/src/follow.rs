@@ -251,7 +251,7 @@ impl<'a> Follower<'a> {
             {
                 refuse(process, pose.seq, &error.to_string());
             }
-            lost(&reason)
+            reason.lost()
         })?;
         pose.fre_rms_mm = found.fre_rms_mm;
         // At most 32 emitters.
@@ -320,19 +320,6 @@ fn outcome(found: &Result<Found, Reason>, outside: bool) -> Status {
         Err(Reason::Tool(BodyLost::TooFew { .. })) => Status::TooFew,
         Err(Reason::Tool(BodyLost::Geometry { .. })) => Status::Geometry,
         Err(Reason::Tool(BodyLost::Residual { .. } | BodyLost::Malformed { .. })) => Status::Residual,
-    }
-}
-
-/// The reason as it goes over the bus.
-fn lost(reason: &Reason) -> Lost {
-    match reason {
-        Reason::Tool(BodyLost::Malformed { .. }) | Reason::Reference(BodyLost::Malformed { .. }) => Lost::Refused,
-        Reason::Reference(_) | Reason::NoReference => Lost::Reference,
-        Reason::Stated(lost) => *lost,
-        Reason::Tool(BodyLost::NotSeen) => Lost::NotSeen,
-        Reason::Tool(BodyLost::TooFew { .. }) => Lost::TooFew,
-        Reason::Tool(BodyLost::Geometry { .. }) => Lost::Geometry,
-        Reason::Tool(BodyLost::Residual { .. }) => Lost::Residual,
     }
 }
 

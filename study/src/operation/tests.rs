@@ -47,7 +47,7 @@ fn the_truth_is_what_the_light_says() {
             .unwrap();
         let from = ready.room.next_frame();
         let task = task(5, target.centre, 50.0, (&ready.quiet, from)).unwrap();
-        let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from);
+        let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None);
         let last = done.last.clone().unwrap();
         let quiet = ready.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
         let emitters = ready.room.emitters();

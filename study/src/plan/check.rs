@@ -9,12 +9,17 @@ use phantom::Phantom;
 
 use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
+use super::sweep::{self, Sweep};
 use super::{Beads, Bump, Calibration, Ct, Dials, Localizer, Marker, Planted, PlantedIn, Stratum, Touch};
 
 /// The most operations of a stratum.
 const MOST_OPERATIONS: u64 = 100_000;
 /// Beads nearer than this, or in a line to within it, determine no place.
 const LEAST_SPREAD_MM: f64 = 5.0;
+/// Turns, degrees.
+const TURN: RangeInclusive<f64> = -360.0..=360.0;
+/// How far a localizer may be moved along each axis, mm.
+const FAR: RangeInclusive<f64> = -20_000.0..=20_000.0;
 /// Names of the skin's beads that face the operator: the places that are touched most easily, all on one side.
 const FRONT: [usize; 4] = [0, 1, 4, 5];
 /// In the order in which more of them are touched: the first three lie far apart already.
@@ -55,8 +60,8 @@ impl At<'_> {
     }
 }
 
-/// The strata of one file.
-pub(super) fn strata(path: &Path, text: &str) -> Result<Vec<Stratum>, PlanError> {
+/// The strata of one file, and the sweep that the last of them are; `before` strata stand before them in the plan.
+pub(super) fn strata(path: &Path, text: &str, before: usize) -> Result<(Vec<Stratum>, Option<Sweep>), PlanError> {
     let raw: RawStudy = toml::from_str(text).map_err(|error| PlanError::Grammar {
         path: path.to_owned(),
         why: error.to_string(),
@@ -76,7 +81,12 @@ pub(super) fn strata(path: &Path, text: &str) -> Result<Vec<Stratum>, PlanError>
             "strata have names; operations of all stand at the top",
         ));
     }
-    raw.stratum.iter().map(|one| stratum(path, &raw, one)).collect()
+    let swept = raw.sweep.as_ref();
+    let swept = swept.map(|table| sweep::strata(path, table, before + raw.stratum.len()));
+    let (sweep, cells) = swept.transpose()?.unzip();
+    let all = raw.stratum.iter().chain(cells.iter().flatten());
+    let strata: Result<Vec<Stratum>, PlanError> = all.map(|one| stratum(path, &raw, one)).collect();
+    Ok((strata?, sweep))
 }
 
 fn stratum(path: &Path, raw: &RawStudy, one: &RawDials) -> Result<Stratum, PlanError> {
@@ -111,6 +121,12 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
             1.0..=6.0,
         )?,
         marker: marker(at, own, all)?,
+        reference_deg: at.within(
+            "reference.turned_deg",
+            [own.reference.turned_deg, all.reference.turned_deg],
+            0.0,
+            TURN,
+        )?,
         localizer: localizer(at, own, all)?,
         calibration: calibration(at, own, all)?,
         touch: touch(at, own, all)?,
@@ -131,7 +147,7 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
 fn ct(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result<Ct, PlanError> {
     let spacing_mm = own.ct.spacing_mm.or(all.ct.spacing_mm).unwrap_or([1.0; 3]);
     for mm in spacing_mm {
-        at.within("ct.spacing_mm", [Some(mm), None], mm, 0.5..=10.0)?;
+        at.within("ct.spacing_mm", [Some(mm), None], mm, 0.1..=10.0)?;
     }
     let is_fresh = own.ct.fresh.or(all.ct.fresh).unwrap_or(false);
     let images = at.within("ct.images", [own.ct.images, all.ct.images], 4, 1..=1000)?;
@@ -241,8 +257,9 @@ fn marker(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Marker, PlanErr
     let (own, all) = (&own.marker, &all.marker);
     Ok(Marker {
         // At most 32.
-        emitters: at.within("marker.emitters", [own.emitters, all.emitters], 24, 4..=32)? as usize,
+        emitters: at.within("marker.emitters", [own.emitters, all.emitters], 24, 3..=32)? as usize,
         radius_mm: at.within("marker.radius_mm", [own.radius_mm, all.radius_mm], 50.0, 5.0..=200.0)?,
+        width: at.within("marker.width", [own.width, all.width], 1.0, 0.001..=1.0)?,
         cone_deg: at.within("marker.cone_deg", [own.cone_deg, all.cone_deg], 75.0, 30.0..=180.0)?,
         made_mm: at.within("marker.made_mm", [own.made_mm, all.made_mm], 0.2, 0.0..=2.0)?,
     })
@@ -261,7 +278,13 @@ fn localizer(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Localizer, P
     if depth_mm / across_mm > 50.0 || across_mm / depth_mm > 50.0 {
         return Err(at.wrong("localizer.depth_mm", depth_mm, "within a factor of 50 of across_mm"));
     }
+    let moved_mm = own.moved_mm.or(all.moved_mm).unwrap_or_default();
+    for mm in moved_mm {
+        at.within("localizer.moved_mm", [Some(mm), None], mm, FAR)?;
+    }
     Ok(Localizer {
+        turned_deg: at.within("localizer.turned_deg", [own.turned_deg, all.turned_deg], 0.0, TURN)?,
+        moved_mm,
         across_mm,
         depth_mm,
         rate_hz: at.within("localizer.rate_hz", [own.rate_hz, all.rate_hz], 60.0, 15.0..=1000.0)?,

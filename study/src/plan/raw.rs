@@ -11,6 +11,7 @@ pub(super) struct RawStudy {
     pub(super) display: Option<String>,
     #[serde(default)]
     pub(super) all: RawDials,
+    pub(super) sweep: Option<toml::Table>,
     #[serde(default)]
     pub(super) stratum: Vec<RawDials>,
 }
@@ -27,6 +28,7 @@ pub(super) struct RawDials {
     pub(super) ct: RawCt,
     pub(super) beads: RawBeads,
     pub(super) marker: RawMarker,
+    pub(super) reference: RawReference,
     pub(super) localizer: RawLocalizer,
     pub(super) calibration: RawCalibration,
     pub(super) touch: RawTouch,
@@ -59,6 +61,7 @@ pub(super) struct RawBeads {
 pub(super) struct RawMarker {
     pub(super) emitters: Option<u64>,
     pub(super) radius_mm: Option<f64>,
+    pub(super) width: Option<f64>,
     pub(super) cone_deg: Option<f64>,
     pub(super) made_mm: Option<f64>,
 }
@@ -71,6 +74,14 @@ pub(super) struct RawLocalizer {
     pub(super) rate_hz: Option<f64>,
     pub(super) latency_ms: Option<f64>,
     pub(super) uptime_s: Option<f64>,
+    pub(super) turned_deg: Option<f64>,
+    pub(super) moved_mm: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RawReference {
+    pub(super) turned_deg: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

@@ -5,6 +5,7 @@ use std::io;
 use picture::chart::{Axis, COLOURS, Chart, Mark, Series};
 use picture::encode_png;
 
+use super::page;
 use super::summary::Summary;
 use crate::record::{Ended, Row};
 use crate::truth::LINKS;
@@ -12,13 +13,17 @@ use crate::truth::LINKS;
 /// Pixels of a chart.
 const SIZE: [u32; 2] = [1000, 640];
 
-/// The charts: the file's name, what it shows, the PNG.
-pub(super) fn all(summaries: &[Summary], rows: &[Row]) -> io::Result<Vec<(&'static str, &'static str, Vec<u8>)>> {
+/// The charts; the strata of sweeps, which may be hundreds and have curves of their own, are in the budget alone.
+pub(super) fn all(summaries: &[Summary], swept: &[&str], rows: &[Row]) -> io::Result<Vec<page::Chart>> {
+    let alone = summaries
+        .iter()
+        .filter(|summary| !swept.contains(&summary.name.as_str()));
+    let alone: Vec<Summary> = alone.cloned().collect();
     let charts = [
         (
             "tre.png",
             "How many of the true errors at targets are within a distance",
-            errors(summaries),
+            errors(&alone),
         ),
         (
             "budget.png",
@@ -28,19 +33,25 @@ pub(super) fn all(summaries: &[Summary], rows: &[Row]) -> io::Result<Vec<(&'stat
         (
             "predicted.png",
             "The true error over the predicted radius; 95 of 100 are to lie below the line",
-            predicted(rows, summaries),
+            predicted(rows, &alone),
         ),
     ];
-    let mut drawn = Vec::new();
-    for (name, what, chart) in charts {
-        let canvas = chart.draw(SIZE[0], SIZE[1]).canvas;
-        let png = encode_png(&canvas, &[("title", what.to_owned())]).map_err(io::Error::other)?;
-        drawn.push((name, what, png));
-    }
-    Ok(drawn)
+    charts
+        .into_iter()
+        .filter(|(name, ..)| !alone.is_empty() || *name == "budget.png")
+        .map(|(name, what, chart)| drawn(name, what, &chart))
+        .collect()
 }
 
-fn colours() -> impl Iterator<Item = (picture::Rgb, Mark)> {
+/// A chart as it is kept.
+pub(super) fn drawn(name: &str, what: &str, chart: &Chart) -> io::Result<page::Chart> {
+    let canvas = chart.draw(SIZE[0], SIZE[1]).canvas;
+    let png = encode_png(&canvas, &[("title", what.to_owned())]).map_err(io::Error::other)?;
+    Ok((name.to_owned(), what.to_owned(), png))
+}
+
+/// Colours and marks, no two alike.
+pub(super) fn colours() -> impl Iterator<Item = (picture::Rgb, Mark)> {
     let marks = [Mark::Dot, Mark::Square, Mark::Triangle, Mark::Cross];
     marks
         .into_iter()

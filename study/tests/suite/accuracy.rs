@@ -15,7 +15,7 @@ fn rows() -> &'static [Row] {
         let text = include_str!("../../../config/study/planted.toml");
         let folder = tempfile::tempdir().unwrap();
         let done = run(&plan(text), folder.path(), 2).unwrap();
-        study::report::write(folder.path(), &plan(text), &done.rows).unwrap();
+        study::report::write(folder.path(), &plan(text), &done.rows, &[]).unwrap();
         let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
         assert_eq!(page.matches("NOT KEPT").count(), 3, "the page names what is not right");
         assert_eq!(page.matches("data:image/png;base64,").count(), 3);

@@ -16,6 +16,21 @@ fn an_operation_at_the_ends_of_the_dials_is_right_or_refused_by_name() {
         ("four", "marker = { emitters = 4 }", "marker"),
         ("ball", "marker = { radius_mm = 5.0 }", "pivot"),
         ("noise", "localizer = { across_mm = 5.0, depth_mm = 5.0 }", "marker"),
+        ("three", "marker = { emitters = 3, cone_deg = 180.0 }", "pivot"),
+        (
+            "needle",
+            "marker = { width = 0.01, made_mm = 0.0, cone_deg = 180.0 }",
+            "marker",
+        ),
+        ("thin", "marker = { width = 0.1, made_mm = 0.0, cone_deg = 180.0 }", ""),
+        (
+            "far",
+            "localizer = { across_mm = 0.01, depth_mm = 0.01, moved_mm = [1e4, 0, 0] }",
+            "",
+        ),
+        ("half", "localizer = { turned_deg = 179.9999999 }", ""),
+        ("beyond", "localizer = { turned_deg = 180.0000001 }", ""),
+        ("reference", "reference = { turned_deg = 179.9999999 }", ""),
         (
             "deep",
             "beads = { diameter_mm = 4.0, at_mm = [[0, 0, 50], [40, 20, 0], [-40, 30, 90], [20, 40, 140]] }",
@@ -34,6 +49,14 @@ fn an_operation_at_the_ends_of_the_dials_is_right_or_refused_by_name() {
             true => assert!(row.ended == Ended::Arrived && row.nees < 35.0, "{row:?}"),
             false => assert!(row.ended == Ended::Refused && row.why.len() > 20, "{row:?}"),
         }
+        // What is wrong is told, and not that a file is empty.
+        let words = match *name {
+            "three" => "3 emitters are seen",
+            "ball" => "do not hold the tip",
+            "needle" => "off a line",
+            _ => "",
+        };
+        assert!(row.why.contains(words), "{name}: {}", row.why);
     }
     // No word of a refusal names a folder of this very run.
     run(&plan(&text), other.path(), 1).unwrap();

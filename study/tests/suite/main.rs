@@ -7,3 +7,5 @@ mod extremes;
 mod refused;
 mod resumed;
 mod support;
+mod sweep;
+mod worst;

@@ -129,8 +129,84 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/accuracy.toml"), 1000),
         (include_str!("../../../config/study/planted.toml"), 80),
         (include_str!("../../../config/study/dials.toml"), 1600),
-        (include_str!("../../../config/study/extremes.toml"), 55),
+        (include_str!("../../../config/study/extremes.toml"), 100),
+        (include_str!("../../../config/study/factorial.toml"), 960),
+        (include_str!("../../../config/study/fresh.toml"), 50),
     ] {
         assert_eq!(plan(text).operations(), operations);
+    }
+}
+
+#[test]
+fn a_sweep_is_every_value_with_every_other() {
+    let text = "operations = 3\n[all]\ntargets = [\"pre-aortic\"]\n[[stratum]]\nname = \"a\"\n[sweep]\nname = \"s\"\n\
+                marker.emitters = [12, 24]\nmarker.radius_mm = [25.0, 50.0, 75.0]\nct.spacing_mm = [[1.0, 1.0, 1.0], [1.0, 1.0, 2.5]]";
+    let plan = plan(text);
+    let sweep = &plan.sweeps[0];
+    assert_eq!(
+        (plan.strata.len(), plan.operations(), sweep.first, sweep.cells()),
+        (13, 39, 1, 12)
+    );
+    let keys: Vec<&str> = sweep.factors.iter().map(|factor| factor.key.as_str()).collect();
+    assert_eq!(keys, ["ct.spacing_mm", "marker.emitters", "marker.radius_mm"]);
+    assert_eq!(sweep.factors[1].numbers, Some(vec![12.0, 24.0]));
+    assert_eq!(sweep.factors[0].numbers, None);
+    for cell in 0..12 {
+        let (stratum, levels) = (&plan.strata[1 + cell], sweep.levels(cell));
+        let dials = &stratum.dials;
+        assert_eq!(
+            stratum.name,
+            format!("s-{}-{}-{}", levels[0] + 1, levels[1] + 1, levels[2] + 1)
+        );
+        assert_eq!(dials.ct.spacing_mm[2], [1.0, 2.5][levels[0]]);
+        assert_eq!(dials.marker.emitters, [12, 24][levels[1]]);
+        assert_eq!(dials.marker.radius_mm, [25.0, 50.0, 75.0][levels[2]]);
+        assert_eq!(dials.targets.len(), 1);
+    }
+}
+
+#[test]
+fn a_sweep_that_cannot_be_is_refused_with_its_key() {
+    let many = (0..6).map(|k| {
+        format!(
+            "{} = [1.0, 1.1, 1.2]",
+            [
+                "radius_mm",
+                "marker.radius_mm",
+                "ct.noise_hu",
+                "touch.error_mm",
+                "touch.stated_mm",
+                "check.max_mm"
+            ][k]
+        )
+    });
+    let many = many.collect::<Vec<_>>().join("\n");
+    for (sweep, words) in [
+        ("", "sweep: dials: found 0; 1 to 6 dials are allowed"),
+        (
+            "marker.emitters = 12",
+            "sweep: marker.emitters: found 12; a list of values is needed",
+        ),
+        ("marker.emitters = [12]", "2 to 16 values are allowed"),
+        (
+            "marker.emitters = [12, 12]",
+            "sweep: marker.emitters: found 12; each value at most once",
+        ),
+        ("marker.emitter = [12, 13]", "unknown field `emitter`"),
+        ("marker.emitters = [12, \"many\"]", "sweep-2"),
+        (
+            "marker.emitters = [12, 99]",
+            "stratum \"sweep-2\": marker.emitters: found 99; 3 to 32",
+        ),
+        ("operations = [12, 13]", "operations stand at the top"),
+        ("name = 3", "sweep: name: found 3; a text"),
+        ("name = \"a b\"\nmarker.emitters = [12, 13]", "name: found \"a b-1\""),
+        (&many, "sweep: all values: found 729; at most 512"),
+    ] {
+        let found = refusal(&format!("[sweep]\n{sweep}"));
+        assert!(
+            found.starts_with("study file s.toml") && found.contains(words),
+            "{sweep}: {found}"
+        );
     }
 }

@@ -53,7 +53,7 @@ fn started(out: &Path) -> Child {
 fn killed_at_any_moment_it_goes_on_without_counting_twice() {
     let folder = tempfile::tempdir().unwrap();
     let (mut killed, mut wait) = (0, 100);
-    // 180 s of waiting at most.
+    // 130 s of waiting at most.
     while wait < 6000 {
         let mut child = started(folder.path());
         std::thread::sleep(Duration::from_millis(wait));
@@ -66,7 +66,8 @@ fn killed_at_any_moment_it_goes_on_without_counting_twice() {
         // Longer each time, by a part that falls on other moments.
         wait += 137;
     }
-    assert!(wait < 6000, "never done");
+    // On a machine that has other work too much of that may be left; what is done in the end counts.
+    assert!(started(folder.path()).wait().unwrap().success());
     assert!(killed >= 3, "killed {killed} times only");
     assert_eq!(lines(folder.path()), unbroken());
 }
@@ -79,9 +80,12 @@ fn half_an_operation_is_done_again() {
     let whole = lines(folder.path());
     let path = folder.path().join("operations.csv");
     for cut in [whole.len() - 1, whole.len() / 2, whole.len() / 3, 200, 10, 0] {
-        fs::write(&path, &whole.as_bytes()[..cut]).unwrap();
-        run(&six(), folder.path(), 2).unwrap();
-        assert_eq!(lines(folder.path()), whole, "cut at {cut}");
+        for zeros in [0, 20_000] {
+            // A file system may leave zeros where data did not arrive.
+            fs::write(&path, [&whole.as_bytes()[..cut], &vec![0; zeros]].concat()).unwrap();
+            run(&six(), folder.path(), 2).unwrap();
+            assert_eq!(lines(folder.path()), whole, "cut at {cut}");
+        }
     }
 }
 
@@ -97,11 +101,11 @@ fn a_folder_of_something_else_is_refused_by_name() {
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, words) in [
         (
-            "\"version\": 2",
             "\"version\": 3",
-            "found format \"trocar-study\", version 3",
+            "\"version\": 4",
+            "found format \"trocar-study\", version 4",
         ),
-        ("trocar-study", "other", "found format \"other\", version 2"),
+        ("trocar-study", "other", "found format \"other\", version 3"),
         ("{", "", "found trailing characters"),
     ] {
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
@@ -131,6 +135,14 @@ fn a_folder_of_something_else_is_refused_by_name() {
             "line 14: operation 2 of \"b\" does not come next",
         ),
         (whole.replacen("arrived", "vanished", 1), "how it ended is not known"),
+        (
+            whole.replacen("pre-aortic", "iliac-left", 1),
+            "line 2: target \"iliac-left\" does not come next",
+        ),
+        (
+            whole.replacen("\n", &format!("\n{}", "x".repeat(9000)), 1),
+            "line 2: it is longer than 8192 bytes",
+        ),
     ] {
         fs::write(&path, changed).unwrap();
         assert!(refused().contains(words), "{}", refused());
