@@ -7,14 +7,18 @@
 #![allow(clippy::disallowed_methods, reason = "measures wall time")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
+#[path = "strokes/dials.rs"]
+mod dials;
 #[path = "strokes/motion.rs"]
 mod motion;
 #[path = "strokes/organ.rs"]
 mod organ;
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
 
 use motion::{Noise, RATE, stroke};
 use nalgebra::Vector3;
-use organ::{kidney, pose};
+use organ::{Shipped, pose};
 use simulation::space::frames::{Frame, Frames, Settings, State};
 
 const HEADER: &str =
@@ -139,6 +143,9 @@ fn run(frames: &mut Frames, mut truth: Option<&mut Frames>, way: &organs::Way, s
 }
 
 fn main() {
+    if let Some(trade) = trade::Trade::wanted() {
+        return dials::measure(&trade);
+    }
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let number = |name: &str, usual: f64| {
         let found = words
@@ -167,13 +174,13 @@ fn main() {
         speeds
     };
     let with_truth = words.iter().any(|w| w == "truth");
+    let shipped = Shipped::read();
     let mut csv = vec![HEADER.to_owned()];
     for speed in speeds {
-        let wanted: &[Settings] = if with_truth { &[settings, truth] } else { &[settings] };
-        let (mut all, way) = kidney(wanted);
-        let (first, rest) = all.split_at_mut(1);
-        println!("{} unknowns", first[0].state().len());
-        run(&mut first[0], rest.first_mut(), &way, speed, &mut csv);
+        let (mut frames, way, _) = shipped.frames(&settings);
+        let mut truth = with_truth.then(|| shipped.frames(&truth).0);
+        println!("{} unknowns", frames.state().len());
+        run(&mut frames, truth.as_mut(), &way, speed, &mut csv);
     }
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../out/bench");
     std::fs::create_dir_all(&folder).unwrap();

@@ -5,30 +5,77 @@ use std::path::Path;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use organs::{Labels, Model, Parsed, Plan, RawSpaceScene, Way};
 use scene::Scene;
+use simulation::space::cells::Field;
 use simulation::space::frames::{Frames, Settings};
 use simulation::space::tube::Tube;
 
-/// The kidney as `config/tissue.toml` has it, with frames of these settings; and the tube's way.
-pub(crate) fn kidney(settings: &[Settings]) -> (Vec<Frames>, Way) {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
-    let path = config.join("tissue.toml");
-    let scene = Scene::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap();
-    let path = config.join("solids/demo-kidney.toml");
-    let source = Parsed::<RawSpaceScene>::parse(organs::read(&path).unwrap(), &path).unwrap();
-    let plan = Plan::new(&source.scene).unwrap();
-    let map = volume_loader::load_labels_seeded(Path::new("phantom"), &scene.volume, scene.seed).unwrap();
-    let (volume, view) = (&map.volume, map.volume.view());
-    let labels = Labels::new(&volume.grid, volume.hash.to_string(), |z, out| view.slice(z, out)).unwrap();
-    let made = settings.iter().map(|settings| {
-        let model = Model::without_tube(&plan, &labels).unwrap();
-        let (way, last) = (model.way, model.way.last(&model.bodies[0].field));
-        let tube = tube(&way, scene.tool.length_mm, pose(&way, 0.0, &Vector3::zeros()));
+/// The kidney as `config/tissue.toml` has it.
+pub(crate) struct Shipped {
+    plan: Plan,
+    labels: Labels,
+    tool_mm: f64,
+}
+
+/// Places in the organ, as combinations of its nodes.
+pub(crate) struct Targets(Vec<Vec<(u32, f64)>>);
+
+impl Targets {
+    /// How far each has moved.
+    pub(crate) fn moved(&self, a: &[f64]) -> Vec<Vector3<f64>> {
+        let node = |(node, weight): &(u32, f64)| Vector3::from_column_slice(&a[3 * *node as usize..][..3]) * *weight;
+        self.0.iter().map(|row| row.iter().map(node).sum()).collect()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl Shipped {
+    pub(crate) fn read() -> Self {
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+        let path = config.join("tissue.toml");
+        let scene = Scene::parse(&std::fs::read_to_string(&path).unwrap(), &path).unwrap();
+        let path = config.join("solids/demo-kidney.toml");
+        let source = Parsed::<RawSpaceScene>::parse(organs::read(&path).unwrap(), &path).unwrap();
+        let map = volume_loader::load_labels_seeded(Path::new("phantom"), &scene.volume, scene.seed).unwrap();
+        let (volume, view) = (&map.volume, map.volume.view());
+        Self {
+            plan: Plan::new(&source.scene).unwrap(),
+            labels: Labels::new(&volume.grid, volume.hash.to_string(), |z, out| view.slice(z, out)).unwrap(),
+            tool_mm: scene.tool.length_mm,
+        }
+    }
+
+    /// The same in cubes of another side, mm; near the tube's way they are halved as ever.
+    pub(crate) fn in_cubes_of(mut self, side: f64) -> Self {
+        self.plan.organs[0].settings.side = side;
+        self
+    }
+
+    /// Frames with these settings, the tube's way, and places at least 4 mm deep in the organ, 12 mm apart.
+    pub(crate) fn frames(&self, settings: &Settings) -> (Frames, Way, Targets) {
+        let model = Model::without_tube(&self.plan, &self.labels).unwrap();
+        let body = &model.bodies[0];
+        let (way, last) = (model.way, model.way.last(&body.field));
+        let tube = tube(&way, self.tool_mm, pose(&way, 0.0, &Vector3::zeros()));
         let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
+        let targets = targets(body);
         let a = model.system.initial();
-        (Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap(), way)
+        let frames = Frames::new(model.system, a, 0, tube, *settings, wanted).unwrap();
+        (frames, way, targets)
+    }
+}
+
+fn targets(body: &organs::Body) -> Targets {
+    let [low, high] = body.field.corners;
+    let counts = (high - low).map(|d| (d / 12.0) as usize + 1);
+    let places = (0..counts.iter().product::<usize>()).map(|n| {
+        let [i, j, k] = [n % counts.x, n / counts.x % counts.y, n / (counts.x * counts.y)].map(|i| 12.0 * i as f64);
+        low + Vector3::new(i, j, k)
     });
-    let (frames, ways): (Vec<Frames>, Vec<Way>) = made.unzip();
-    (frames, ways[0])
+    let deep = places.filter(|at| body.field.value(at) < -4.0);
+    Targets(deep.map(|at| body.mesh.row(&at).unwrap()).collect())
 }
 
 /// The tube in a frame of its own: the middle of its round tip is the origin, and the handle along -z.

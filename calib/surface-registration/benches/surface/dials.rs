@@ -7,6 +7,7 @@ use super::common::draw::Sweep;
 use super::common::oracle::Triangles;
 use super::rows::{From, Matter, Row};
 use super::run::{Count, Scene, middle, run};
+use super::trade::{Dial as Traded, Trade};
 
 struct Dial {
     name: &'static str,
@@ -71,6 +72,59 @@ const DIALS: [Dial; 7] = [
     },
 ];
 
+impl Dial {
+    /// So many runs with one value.
+    fn count(&self, value: f64, scene: &mut Scene, spacing: &mut Spacing, runs: u64) -> Count {
+        let mut row = Row {
+            name: self.name,
+            sweep: Sweep {
+                outliers: self.outliers,
+                ..Sweep::default()
+            },
+            from: self.from,
+            is_pose_only: false,
+            patch_mm: 0.0,
+            told: 1.0,
+            matter: Matter::Nothing,
+        };
+        let (mut options, mut wanted) = (Options::default(), Spacing::default());
+        (self.set)(value, &mut row.sweep, &mut options, &mut wanted);
+        if wanted != *spacing {
+            scene.field = Field::new(&scene.surface, wanted).unwrap();
+            *spacing = wanted;
+        }
+        let mut count = Count::default();
+        for seed in 0..runs {
+            run(scene, &row, &options, 9_000_000 + seed, &mut count);
+        }
+        count
+    }
+}
+
+/// Points, the seeds of the search and the lattice of distances. The error is the median of all runs, wrong ones too.
+pub(crate) fn trade(trade: &Trade, mut scene: Scene) {
+    let (runs, mut spacing) = (trade.rounds(3, 24) as u64, Spacing::default());
+    for (dial, name, chosen) in [("points", "surface-points", 200.0), ("seeds", "surface-seeds", Effort::default().seeds as f64), ("lattice, mm", "surface-lattice", Spacing::default().spacing_mm)] {
+        let dial = DIALS.iter().find(|d| d.name == dial).unwrap();
+        let rows: Vec<_> = dial
+            .values
+            .iter()
+            .map(|value| {
+                let count = dial.count(*value, &mut scene, &mut spacing, runs);
+                (value.to_string(), middle(&count.least_ms), middle(&count.all_tre))
+            })
+            .collect();
+        let traded = Traded {
+            name,
+            chosen: chosen.to_string(),
+            time_unit: "ms a registration",
+            error_unit: "mm",
+            against: "median over drawn sweeps of the root mean square at six targets; pelvis; a fifth of the points gross errors (seeds: two fifths)",
+        };
+        trade.write(&traded, &rows);
+    }
+}
+
 pub(crate) fn dials((corners, triangles): &Triangles, mut scene: Scene, runs: u64, file: &str) {
     println!(
         "{} corners, {} triangles; {:?}",
@@ -89,28 +143,7 @@ pub(crate) fn dials((corners, triangles): &Triangles, mut scene: Scene, runs: u6
     for (k, dial) in DIALS.iter().enumerate() {
         let mut line = Vec::new();
         for value in dial.values {
-            let mut row = Row {
-                name: dial.name,
-                sweep: Sweep {
-                    outliers: dial.outliers,
-                    ..Sweep::default()
-                },
-                from: dial.from,
-                is_pose_only: false,
-                patch_mm: 0.0,
-                told: 1.0,
-                matter: Matter::Nothing,
-            };
-            let (mut options, mut wanted) = (Options::default(), Spacing::default());
-            (dial.set)(*value, &mut row.sweep, &mut options, &mut wanted);
-            if wanted != spacing {
-                scene.field = Field::new(&scene.surface, wanted).unwrap();
-                spacing = wanted;
-            }
-            let mut count = Count::default();
-            for seed in 0..runs {
-                run(&scene, &row, &options, 9_000_000 + seed, &mut count);
-            }
+            let count = dial.count(*value, &mut scene, &mut spacing, runs);
             println!(
                 "| {} | {value} | {} of {} | {:.2} | {:.1} | {:.1} |",
                 dial.name,
