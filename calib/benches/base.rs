@@ -65,7 +65,11 @@ fn trade(trade: &Trade) {
             times.push(1e6 * (processor_s() - began));
             squares += (found.place.transform() * target).distance(truth * target).powi(2);
         }
-        (format!("{} + 3 x {}", counts[0], counts[1]), median(times), (squares / runs as f64).sqrt())
+        (
+            format!("{} + 3 x {}", counts[0], counts[1]),
+            median(times),
+            (squares / runs as f64).sqrt(),
+        )
     };
     let rows: Vec<Row> = [[10, 5], [20, 10], [50, 25], [100, 50]].map(row).to_vec();
     let dial = Dial {

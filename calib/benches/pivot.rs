@@ -94,7 +94,11 @@ fn measure(recordings: &[Vec<Pose>], options: &Options) -> (f64, f64) {
 /// Poses of so many turns in a divot; a tenth of them slipped by 10 mm.
 fn recordings(count: usize) -> Vec<Vec<Pose>> {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    let mut record = |_| (0..count).map(|i| pose(&mut random, 30.0, &NOISE, i % 10 == 0)).collect();
+    let mut record = |_| {
+        (0..count)
+            .map(|i| pose(&mut random, 30.0, &NOISE, i % 10 == 0))
+            .collect()
+    };
     (0..RECORDINGS).map(&mut record).collect()
 }
 
@@ -103,7 +107,8 @@ fn trade(trade: &Trade) {
     let rounds = trade.rounds(1, 9);
     let tips = |recordings: &[Vec<Pose>], method| {
         let options = Options { method, noise: NOISE };
-        let miss = |poses: &Vec<Pose>| calibrate(black_box(poses), &options).map_or(f64::NAN, |found| found.tip.distance(TIP));
+        let miss =
+            |poses: &Vec<Pose>| calibrate(black_box(poses), &options).map_or(f64::NAN, |found| found.tip.distance(TIP));
         rms(recordings.iter().map(miss))
     };
     let dial = |name, chosen: &str| Dial {
@@ -117,13 +122,17 @@ fn trade(trade: &Trade) {
     let ten_s = recordings(600);
     let mut errors = [0.0; Method::ALL.len()];
     let times = turns(rounds, Method::ALL.len(), |k| errors[k] = tips(&ten_s, Method::ALL[k]));
-    let rows: Vec<Row> = (0..times.len()).map(|k| row(Method::ALL[k].name().to_owned(), times[k], errors[k])).collect();
+    let rows: Vec<Row> = (0..times.len())
+        .map(|k| row(Method::ALL[k].name().to_owned(), times[k], errors[k]))
+        .collect();
     trade.write(&dial("pivot-method", Method::default().name()), &rows);
     let seconds = [2, 5, 10, 20, 40];
     let all = seconds.map(|s| recordings(60 * s));
     let mut errors = [0.0; 5];
     let times = turns(rounds, 5, |k| errors[k] = tips(&all[k], Method::default()));
-    let rows: Vec<Row> = (0..5).map(|k| row(format!("{} s of 60 poses", seconds[k]), times[k], errors[k])).collect();
+    let rows: Vec<Row> = (0..5)
+        .map(|k| row(format!("{} s of 60 poses", seconds[k]), times[k], errors[k]))
+        .collect();
     trade.write(&dial("pivot-turning", "20 s of 60 poses"), &rows);
 }
 

@@ -101,14 +101,20 @@ fn trade(trade: &Trade) {
         let tip = |s: &Sample| match way {
             0 | 1 => {
                 let localizer = if way == 0 { LOCALIZER } else { Localizer::isotropic(0.2) };
-                solve(body, at_tip, &s.seen, &localizer, &GATES).unwrap().transform.transform() * at_tip
+                solve(body, at_tip, &s.seen, &localizer, &GATES)
+                    .unwrap()
+                    .transform
+                    .transform()
+                    * at_tip
             }
             _ => {
                 let to: Vec<Point<Tracker>> = s.seen.iter().map(|s| s.place).collect();
                 fit(Pairs::new(&to, places).unwrap(), Method::Newton).unwrap().transform * at_tip
             }
         };
-        rms(samples.iter().map(|s| black_box(tip(black_box(s))).distance(s.truth * at_tip)))
+        rms(samples
+            .iter()
+            .map(|s| black_box(tip(black_box(s))).distance(s.truth * at_tip)))
     };
     let rounds = trade.rounds(1, 15);
     let mut errors = [0.0; 5];
@@ -120,8 +126,12 @@ fn trade(trade: &Trade) {
         error_unit: "mm",
         against: "root mean square at a tip 300 mm away; poses drawn with noise of 0.1 mm across and 0.45 mm along the line of sight",
     };
-    let row = |k: usize, name: String, times: &[f64], errors: &[f64]| -> Row { (name, 1e9 * times[k] / count as f64, errors[k]) };
-    let rows: Vec<Row> = (0..5).map(|k| row(k, format!("{} emitters", cases[k]), &times, &errors)).collect();
+    let row = |k: usize, name: String, times: &[f64], errors: &[f64]| -> Row {
+        (name, 1e9 * times[k] / count as f64, errors[k])
+    };
+    let rows: Vec<Row> = (0..5)
+        .map(|k| row(k, format!("{} emitters", cases[k]), &times, &errors))
+        .collect();
     trade.write(&dial("emitters", "24 emitters"), &rows);
     let times = turns(rounds, 3, |k| errors[k] = by(&made[3], k));
     let names = ["full weights", "equal weights", "closed solution"];

@@ -15,8 +15,8 @@ use std::collections::BTreeMap;
 
 use geometry::{Point, SlicePlane, Vector};
 use rustix::time::{ClockId, clock_gettime};
-use trade::{Dial, Row, Trade, turns};
 use slice_view_proc::warp::{Cube, Organ, Pixel, Region, Shape, Warp, Warped};
+use trade::{Dial, Row, Trade, turns};
 
 /// Milliseconds of processor that this thread has had: others beside it do not count.
 fn processor_ms() -> f64 {

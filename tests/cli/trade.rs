@@ -19,10 +19,15 @@ fn is_in_template(key: &str) -> bool {
     let mut table = String::new();
     TEMPLATE.lines().any(|line| {
         let line = line.trim_start_matches(['#', ' ']);
-        if let Some(header) = line.strip_prefix('[').and_then(|l| l.trim_start_matches('[').split_once(']')) {
+        if let Some(header) = line
+            .strip_prefix('[')
+            .and_then(|l| l.trim_start_matches('[').split_once(']'))
+        {
             table = header.0.to_owned();
         }
-        let is_key = line.strip_prefix(name).is_some_and(|rest| rest.trim_start().starts_with('='));
+        let is_key = line
+            .strip_prefix(name)
+            .is_some_and(|rest| rest.trim_start().starts_with('='));
         table == wanted && is_key
     })
 }
@@ -47,7 +52,8 @@ fn is_option(typed: &str) -> bool {
 /// Whether a file of the repository has a word of its own.
 fn is_in_file(word: &str, file: &str) -> bool {
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap_or_default();
-    text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|w| w == word)
+    text.split(|c: char| !c.is_alphanumeric() && c != '_')
+        .any(|w| w == word)
 }
 
 /// What is wrong with the line that says where a dial is turned.
@@ -63,7 +69,10 @@ fn gone(line: &str) -> Option<String> {
 
 #[test]
 fn every_dial_of_the_page_is_there_to_be_turned() {
-    let lines: Vec<&str> = PAGE.lines().filter(|l| l.starts_with("Turned by") || l.starts_with("No key")).collect();
+    let lines: Vec<&str> = PAGE
+        .lines()
+        .filter(|l| l.starts_with("Turned by") || l.starts_with("No key"))
+        .collect();
     assert_eq!(lines.len(), PAGE.lines().filter(|l| l.starts_with("### ")).count());
     assert!(lines.len() > 20, "{}", lines.len());
     let gone: Vec<String> = lines.into_iter().filter_map(gone).collect();
@@ -73,9 +82,15 @@ fn every_dial_of_the_page_is_there_to_be_turned() {
 #[test]
 fn a_dial_that_went_is_found() {
     assert_eq!(gone("Turned by the scene's `tissue.tolerance`."), None);
-    assert_eq!(gone("Turned by the scene's `tracker.smoothing.time_constant_ms`."), None);
+    assert_eq!(
+        gone("Turned by the scene's `tracker.smoothing.time_constant_ms`."),
+        None
+    );
     assert_eq!(gone("Turned by `calib pivot --method`."), None);
-    assert_eq!(gone("No key: `order` in `crates/simulation/src/space/cells/settings.rs`."), None);
+    assert_eq!(
+        gone("No key: `order` in `crates/simulation/src/space/cells/settings.rs`."),
+        None
+    );
     for line in [
         "Turned by the scene's `tissue.precision`.",
         "Turned by the scene's `tracker.tolerance`.",

@@ -175,10 +175,11 @@ fn main() {
     };
     let with_truth = words.iter().any(|w| w == "truth");
     let shipped = Shipped::read();
+    let model = shipped.model();
     let mut csv = vec![HEADER.to_owned()];
     for speed in speeds {
-        let (mut frames, way, _) = shipped.frames(&settings);
-        let mut truth = with_truth.then(|| shipped.frames(&truth).0);
+        let (mut frames, way, _) = shipped.frames(&model, &settings);
+        let mut truth = with_truth.then(|| shipped.frames(&model, &truth).0);
         println!("{} unknowns", frames.state().len());
         run(&mut frames, truth.as_mut(), &way, speed, &mut csv);
     }

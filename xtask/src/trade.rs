@@ -37,7 +37,11 @@ impl Options {
                     let folder = rest.next();
                     options.out = here().join(folder.ok_or_else(|| Failure::Usage("--out needs a folder".to_owned()))?);
                 }
-                other => return Err(Failure::Usage(format!("{other:?} is none of --quick, --again, --out DIR"))),
+                other => {
+                    return Err(Failure::Usage(format!(
+                        "{other:?} is none of --quick, --again, --out DIR"
+                    )));
+                }
             }
         }
         // A quick run's numbers mean little: never where they would be read.
@@ -74,7 +78,10 @@ pub(crate) fn trade(arguments: &[String]) -> Result<(), Failure> {
         fs::write(path, text).map_err(|e| Failure::file(path, e))?;
     }
     picture::write(&measured, &folder.join("trade.png")).map_err(Failure::Usage)?;
-    say(&format!("written: trade.csv, trade.md and trade.png in {}", folder.display()));
+    say(&format!(
+        "written: trade.csv, trade.md and trade.png in {}",
+        folder.display()
+    ));
     Ok(())
 }
 

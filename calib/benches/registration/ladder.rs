@@ -50,6 +50,15 @@ impl Solver {
         }
     }
 
+    /// As it is typed: small letters, parts joined by dashes.
+    fn typed(self) -> String {
+        let letter = |(i, c): (usize, char)| {
+            let dash = if c.is_uppercase() && i > 0 { "-" } else { "" };
+            format!("{dash}{}", c.to_lowercase())
+        };
+        self.name().chars().enumerate().map(letter).collect()
+    }
+
     /// The rotation from the points; `None` where the solver refuses.
     fn solve(self, set: &Set) -> Option<Matrix3<f64>> {
         match self {
@@ -107,12 +116,17 @@ pub(crate) fn trade(trade: &Trade) {
     let (truths, sets): (Vec<_>, Vec<_>) = planted.into_iter().map(|p| (p.truth, p.set)).unzip();
     let solvers = Method::ALL.map(Solver::Ours);
     let times = turns(trade.rounds(3, 200), solvers.len(), |k| solvers[k].work(&sets));
-    let worst = |solver| sets.iter().zip(&truths).map(|(set, truth)| off(solver, set, *truth)).fold(0.0, f64::max);
-    let row = |(solver, time): (Solver, f64)| -> Row { (solver.name(), 1e9 * time / SETS as f64, worst(solver)) };
+    let worst = |solver| {
+        sets.iter()
+            .zip(&truths)
+            .map(|(set, truth)| off(solver, set, *truth))
+            .fold(0.0, f64::max)
+    };
+    let row = |(solver, time): (Solver, f64)| -> Row { (solver.typed(), 1e9 * time / SETS as f64, worst(solver)) };
     let rows: Vec<Row> = solvers.into_iter().zip(times).map(row).collect();
     let dial = Dial {
         name: "registration-method",
-        chosen: Solver::Ours(Method::default()).name(),
+        chosen: Solver::Ours(Method::default()).typed(),
         time_unit: "ns a registration of 24 pairs",
         error_unit: "rad",
         against: "worst angle of 64 to a rotation known exactly; clouds a thousand times as long as wide without noise",

@@ -47,7 +47,11 @@ fn trade(trade: &trade::Trade) {
     });
     let row = |(way, seconds): (usize, f64)| -> trade::Row {
         let errors = Row::of("", "", &link, &stamps(way), None);
-        (names[way].to_owned(), 1e9 * seconds / link.device.len() as f64, errors.quantile_ms(0.99))
+        (
+            names[way].to_owned(),
+            1e9 * seconds / link.device.len() as f64,
+            errors.quantile_ms(0.99),
+        )
     };
     let dial = trade::Dial {
         name: "clock",

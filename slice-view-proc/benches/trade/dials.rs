@@ -15,8 +15,10 @@ const SIZE: u32 = 512;
 /// Deviation of a voxel in the slab's examination, HU.
 const NOISE_HU: f64 = 30.0;
 
-const PATIENT: &str = "root mean square of two oblique planes to the generated patient; whose edges are sharper than voxels";
-const WAVES: &str = "root mean square of two oblique planes to a sum of waves of at most 0.2 cycles a voxel; stored as whole HU";
+const PATIENT: &str =
+    "root mean square of two oblique planes to the generated patient; whose edges are sharper than voxels";
+const WAVES: &str =
+    "root mean square of two oblique planes to a sum of waves of at most 0.2 cycles a voxel; stored as whole HU";
 
 /// Each dial, with a field made once for those who share it.
 pub(crate) fn measure(trade: &Trade) {
@@ -57,7 +59,10 @@ fn race(trade: &Trade, field: &Field, samplings: &[Sampling]) -> Vec<(f64, f64)>
         drawn.expect("prepared");
         rms(hu.iter().zip(&task.truth).map(|(v, t)| f64::from(*v) - t))
     };
-    let errors: Vec<f64> = samplings.iter().map(|s| rms(tasks.iter().map(|task| draw(s, task)))).collect();
+    let errors: Vec<f64> = samplings
+        .iter()
+        .map(|s| rms(tasks.iter().map(|task| draw(s, task))))
+        .collect();
     let mut hu = vec![0.0; (SIZE * SIZE) as usize];
     let times = turns(rounds(trade), samplings.len(), |k| {
         for task in &tasks {
@@ -90,7 +95,11 @@ fn back_ends(trade: &Trade, field: &Field) {
         draw();
         let times = (0..rounds(trade)).map(|_| back_end.time(&mut draw)).collect();
         let error = rms(hu.iter().zip(&task.truth).map(|(v, t)| f64::from(*v) - t));
-        Some((back_end.name().to_owned(), crate::row::median(times), error))
+        let name = match back_end {
+            BackEnd::Gpu | BackEnd::Sampler => format!("{}: {}", back_end.name(), resampler.name().replace(',', ";")),
+            _ => back_end.name().to_owned(),
+        };
+        Some((name, crate::row::median(times), error))
     };
     let rows: Vec<Row> = BackEnd::ALL.into_iter().filter_map(row).collect();
     trade.write(&dial("back-end", BackEnd::Vector.name(), PATIENT), &rows);
@@ -106,7 +115,9 @@ fn slabs(trade: &Trade) {
         volume: ct::volume(grid, |z, slice| {
             phantom.fill_slice(&grid, z, slice);
             // Uniform in -1..1 has a deviation of a root of a third.
-            slice.iter_mut().for_each(|hu| *hu += (NOISE_HU * 3.0_f64.sqrt() * random.number()).round() as i16);
+            slice
+                .iter_mut()
+                .for_each(|hu| *hu += (NOISE_HU * 3.0_f64.sqrt() * random.number()).round() as i16);
         }),
         truth: Box::new(move |p| phantom.hu(p)),
     };
@@ -119,7 +130,13 @@ fn slabs(trade: &Trade) {
         ..Sampling::from(Filter::default())
     });
     let measured = race(trade, &field, &samplings);
-    let name = |mm: f64| if mm > 0.0 { format!("mean of {mm} mm") } else { "none".to_owned() };
+    let name = |mm: f64| {
+        if mm > 0.0 {
+            format!("mean of {mm} mm")
+        } else {
+            "none".to_owned()
+        }
+    };
     let row = |(mm, (ms, hu)): (f64, (f64, f64))| -> Row { (name(mm), ms, hu) };
     let rows: Vec<Row> = thicknesses.into_iter().zip(measured).map(row).collect();
     let against = "root mean square of two oblique planes to the generated patient in the plane itself; voxels of 0.7 mm with noise of 30 HU";

@@ -14,18 +14,32 @@ use super::{ACROSS, DEPTH, TOUCH};
 const FINE_MM: f64 = 10.0;
 
 const SETTLED: &str = "largest distance of a place in the kidney to where the same cubes have it when settled to 1e-8 from pose to pose; 20 mm/s";
-const CUBES: &str = "largest distance of a place in the kidney to where cubes of 10 mm have it when settled to 1e-6; 20 mm/s";
+const CUBES: &str =
+    "largest distance of a place in the kidney to where cubes of 10 mm have it when settled to 1e-6; 20 mm/s";
 
 type Poses = Vec<Isometry3<f64>>;
 
 /// In, held, aside, along and out, with noise of the tracker.
 fn poses(trade: &Trade, way: &Way) -> Poses {
-    let across = way.direction.cross(&Vector3::ith(way.direction.imin(), 1.0)).normalize();
+    let across = way
+        .direction
+        .cross(&Vector3::ith(way.direction.imin(), 1.0))
+        .normalize();
     let (other, mut noise) = (way.direction.cross(&across), Noise(1));
     let speed = if trade.is_quick { 100.0 } else { 20.0 };
     let places = stroke(TOUCH, DEPTH, ACROSS, 0.7, speed).into_iter();
-    let mut at = places.map(|p| pose(way, p.gone, &(across * p.aside[0] + other * p.aside[1] + noise.vector(0.05))));
-    if trade.is_quick { at.by_ref().take(20).collect() } else { at.collect() }
+    let mut at = places.map(|p| {
+        pose(
+            way,
+            p.gone,
+            &(across * p.aside[0] + other * p.aside[1] + noise.vector(0.05)),
+        )
+    });
+    if trade.is_quick {
+        at.by_ref().take(20).collect()
+    } else {
+        at.collect()
+    }
 }
 
 /// Where places are at each `every`th pose, once the state is settled.
@@ -59,7 +73,14 @@ fn race(all: &mut [(Frames, Targets)], poses: &Poses, truth: &[Vec<Vector3<f64>>
     times.into_iter().map(median).zip(worst).collect()
 }
 
-fn write(trade: &Trade, name: &'static str, chosen: &str, against: &'static str, names: &[String], measured: Vec<(f64, f64)>) {
+fn write(
+    trade: &Trade,
+    name: &'static str,
+    chosen: &str,
+    against: &'static str,
+    names: &[String],
+    measured: Vec<(f64, f64)>,
+) {
     let dial = Dial {
         name,
         chosen: chosen.to_owned(),
@@ -67,7 +88,12 @@ fn write(trade: &Trade, name: &'static str, chosen: &str, against: &'static str,
         error_unit: "mm",
         against,
     };
-    let rows: Vec<Row> = names.iter().cloned().zip(measured).map(|(name, (ms, mm))| (name, ms, mm)).collect();
+    let rows: Vec<Row> = names
+        .iter()
+        .cloned()
+        .zip(measured)
+        .map(|(name, (ms, mm))| (name, ms, mm))
+        .collect();
     trade.write(&dial, &rows);
 }
 
@@ -82,21 +108,46 @@ pub(crate) fn measure(trade: &Trade) {
         most_steps: 40,
         ..usual
     };
-    let (frames, way, targets) = shipped.frames(&strict(1e-8));
+    let model = shipped.model();
+    let (frames, way, targets) = shipped.frames(&model, &strict(1e-8));
     println!("{} unknowns, {} places", frames.state().len(), targets.len());
     let poses = poses(trade, &way);
     let truth = settled(frames, &targets, &poses, 1);
     let dials: [(&str, &[f64], f64, &str, Change); 4] = [
-        ("tissue-tolerance", &[1e-1, 1e-2, 1e-3, 1e-4, 1e-5], usual.tolerance, "", |s, x| s.tolerance = x),
-        ("tissue-refresh", &[0.25, 0.5, 1.0, 2.0, 4.0], usual.refresh, " mm", |s, x| s.refresh = x),
-        ("tissue-delay", &[0.0, 1.0, 2.0, 4.0], usual.delay as f64, " states", |s, x| s.delay = x as usize),
-        ("tissue-steps", &[3.0, 6.0, 12.0, 24.0], usual.most_steps as f64, "", |s, x| s.most_steps = x as usize),
+        (
+            "tissue-tolerance",
+            &[1e-1, 1e-2, 1e-3, 1e-4, 1e-5],
+            usual.tolerance,
+            "",
+            |s, x| s.tolerance = x,
+        ),
+        (
+            "tissue-refresh",
+            &[0.25, 0.5, 1.0, 2.0, 4.0],
+            usual.refresh,
+            " mm",
+            |s, x| s.refresh = x,
+        ),
+        (
+            "tissue-delay",
+            &[0.0, 1.0, 2.0, 4.0],
+            usual.delay as f64,
+            " states",
+            |s, x| s.delay = x as usize,
+        ),
+        (
+            "tissue-steps",
+            &[3.0, 6.0, 12.0, 24.0],
+            usual.most_steps as f64,
+            "",
+            |s, x| s.most_steps = x as usize,
+        ),
     ];
     for (name, values, chosen, unit, change) in dials {
         let contestant = |value: &f64| {
             let mut settings = usual;
             change(&mut settings, *value);
-            let (frames, _, targets) = shipped.frames(&settings);
+            let (frames, _, targets) = shipped.frames(&model, &settings);
             (frames, targets)
         };
         let mut all: Vec<_> = values.iter().map(contestant).collect();
@@ -113,12 +164,13 @@ fn cubes(trade: &Trade, mut shipped: Shipped, poses: &Poses, strict: &Settings) 
     let mut all = Vec::new();
     for side in sides {
         shipped = shipped.in_cubes_of(side);
-        let (frames, _, targets) = shipped.frames(&Settings::default());
+        let (frames, _, targets) = shipped.frames(&shipped.model(), &Settings::default());
         println!("cubes of {side} mm: {} unknowns", frames.state().len());
         all.push((frames, targets));
     }
     let fine = if trade.is_quick { 14.0 } else { FINE_MM };
-    let (frames, _, targets) = shipped.in_cubes_of(fine).frames(strict);
+    let shipped = shipped.in_cubes_of(fine);
+    let (frames, _, targets) = shipped.frames(&shipped.model(), strict);
     println!("cubes of {fine} mm: {} unknowns", frames.state().len());
     let truth = settled(frames, &targets, poses, every);
     let measured = race(&mut all, poses, &truth, every);

@@ -53,9 +53,13 @@ impl Shipped {
         self
     }
 
-    /// Frames with these settings, the tube's way, and places at least 4 mm deep in the organ, 12 mm apart.
-    pub(crate) fn frames(&self, settings: &Settings) -> (Frames, Way, Targets) {
-        let model = Model::without_tube(&self.plan, &self.labels).unwrap();
+    pub(crate) fn model(&self) -> Model {
+        Model::without_tube(&self.plan, &self.labels).unwrap()
+    }
+
+    /// Frames of such a model with these settings, the tube's way, and places some 3 mm deep in the organ, 12 mm apart.
+    pub(crate) fn frames(&self, model: &Model, settings: &Settings) -> (Frames, Way, Targets) {
+        let model = model.changed(&self.plan, &self.labels).unwrap();
         let body = &model.bodies[0];
         let (way, last) = (model.way, model.way.last(&body.field));
         let tube = tube(&way, self.tool_mm, pose(&way, 0.0, &Vector3::zeros()));
@@ -74,7 +78,8 @@ fn targets(body: &organs::Body) -> Targets {
         let [i, j, k] = [n % counts.x, n / counts.x % counts.y, n / (counts.x * counts.y)].map(|i| 12.0 * i as f64);
         low + Vector3::new(i, j, k)
     });
-    let deep = places.filter(|at| body.field.value(at) < -4.0);
+    // A smoothed indicator, from a half outside to minus a half inside: 1.64 deviations of 2 mm deep.
+    let deep = places.filter(|at| body.field.value(at) < -0.45);
     Targets(deep.map(|at| body.mesh.row(&at).unwrap()).collect())
 }
 

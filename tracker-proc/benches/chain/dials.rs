@@ -27,7 +27,8 @@ fn shown(length_s: f64, rate_hz: f64, time_constant_s: f64) -> Vec<[f64; 3]> {
         while next as f64 / rate_hz <= ms as f64 * 1e-3 {
             let t_s = next as f64 / rate_hz;
             let [x, y, z] = std::array::from_fn(|a| truth(t_s)[a] + NOISE_MM * chance.normal(3 * next + a as u64));
-            let pose: Rigid<Ct, Tool> = Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), Vector::new(x, y, z)).unwrap();
+            let pose: Rigid<Ct, Tool> =
+                Rigid::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), Vector::new(x, y, z)).unwrap();
             last = smoothing.smooth((t_s * 1e9) as i64, pose).translation_mm();
             next += 1;
         }
@@ -50,7 +51,9 @@ fn row(name: String, length_s: f64, rate_hz: f64, time_constant_s: f64) -> Row {
     // Tenths of a millisecond; the least of a parabola, found by halving steps.
     let (mut delay_s, mut step) = (0.0, 0.064);
     while step > 5e-5 {
-        let better = [delay_s - step, delay_s + step].into_iter().find(|d| distance(&shown, *d) < distance(&shown, delay_s));
+        let better = [delay_s - step, delay_s + step]
+            .into_iter()
+            .find(|d| distance(&shown, *d) < distance(&shown, delay_s));
         match better {
             Some(better) => delay_s = better,
             None => step /= 2.0,
@@ -70,9 +73,17 @@ pub(crate) fn measure(trade: &Trade) {
         against: "root mean square at the tip; the drawn motion of up to 10 mm/s at the moment of looking; 0.3 mm of noise along each axis",
     };
     let constants = [0.0, 10.0, 20.0, 35.0, 70.0, 150.0];
-    let name = |ms: f64| if ms > 0.0 { format!("{ms} ms") } else { "none".to_owned() };
+    let name = |ms: f64| {
+        if ms > 0.0 {
+            format!("{ms} ms")
+        } else {
+            "none".to_owned()
+        }
+    };
     let rows: Vec<Row> = constants.map(|ms| row(name(ms), length_s, 60.0, ms * 1e-3)).to_vec();
     trade.write(&dial("smoothing", "none"), &rows);
-    let rows: Vec<Row> = [10.0, 20.0, 60.0, 120.0, 400.0].map(|hz| row(format!("{hz} a second"), length_s, hz, 0.0)).to_vec();
+    let rows: Vec<Row> = [10.0, 20.0, 60.0, 120.0, 400.0]
+        .map(|hz| row(format!("{hz} a second"), length_s, hz, 0.0))
+        .to_vec();
     trade.write(&dial("rate", "60 a second"), &rows);
 }

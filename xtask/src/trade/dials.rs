@@ -198,14 +198,15 @@ pub(super) const DIALS: [Dial; 31] = [
         3,
         "What lies around a bead",
         Key::Code("calib/bead/src/search.rs", "ground"),
-        "What the tissue under a bead is taken for. Not to be turned: the field costs little and is what bone needs.",
+        "What the tissue under a bead is taken for. In this drawn body, whose bone is even, a constant does best; in real CTs the random field does, by 1.3 to 8 \
+         times ([beads](beads.md)), so there is no key.",
     ),
     dial(
         "bead-radius",
         3,
         "How well beads' radii are known",
         Key::Option("calib beads --radius-range-mm"),
-        "A wider range takes longer; say the radius where it is known.",
+        "Radii that are looked for. A wider range takes longer, and a narrow one has a pass more of its own; say the radius where it is known.",
     ),
     dial(
         "surface-points",
@@ -305,6 +306,7 @@ pub(super) const DIALS: [Dial; 31] = [
         5,
         "Pieces of organs in images",
         Key::Scene("tissue.piece_mm"),
-        "Organs are cut into pieces of at most this size, in which the motion is straight.",
+        "Organs are cut into pieces of at most this size, in which the motion is straight. What small pieces leave over is the error of the cubes of 10 mm that \
+         they are cut from, not theirs.",
     ),
 ];

@@ -55,9 +55,18 @@ fn section(one: &Measured) -> String {
     );
     for setting in &one.settings {
         let bold = if setting.is_chosen { "**" } else { "" };
-        let Setting { name, time, ratio, error, .. } = setting;
+        let Setting {
+            name,
+            time,
+            ratio,
+            error,
+            ..
+        } = setting;
         let [time, ratio, error] = [time, ratio, error].map(|x| three(*x));
-        let _ = writeln!(text, "| {bold}{name}{bold} | {bold}{time}{bold} | {bold}{ratio}{bold} | {bold}{error}{bold} |");
+        let _ = writeln!(
+            text,
+            "| {bold}{name}{bold} | {bold}{time}{bold} | {bold}{ratio}{bold} | {bold}{error}{bold} |"
+        );
     }
     let _ = write!(text, "\nError: {}.\n", one.against);
     text
@@ -95,8 +104,15 @@ pub(super) fn made(before: &str, is_quick: bool) -> String {
     let model = cpu.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
     let model = model.map_or("an unknown processor", |(_, name)| name);
     let cores = std::thread::available_parallelism().map_or(0, usize::from);
-    let quick = if is_quick { ", with `--quick`: the numbers mean little" } else { "" };
-    format!("{MADE}on {cores} cores of {model}, at a load of {before} before and {} after (others worked beside){quick}.", load())
+    let quick = if is_quick {
+        ", with `--quick`: the numbers mean little"
+    } else {
+        ""
+    };
+    format!(
+        "{MADE}on {cores} cores of {model}, at a load of {before} before and {} after (others worked beside){quick}.",
+        load()
+    )
 }
 
 #[cfg(test)]
@@ -120,6 +136,9 @@ mod tests {
         assert!(!made.contains("--quick"), "{made}");
         let page = page(&measured, made);
         let differs = PAGE.lines().zip(page.lines()).find(|(is, ought)| is != ought);
-        assert!(page == PAGE, "docs/trade.md is not what `cargo xtask bench trade --again` makes: {differs:?}");
+        assert!(
+            page == PAGE,
+            "docs/trade.md is not what `cargo xtask bench trade --again` makes: {differs:?}"
+        );
     }
 }

@@ -24,7 +24,12 @@ pub(super) fn write(measured: &[Measured], path: &Path) -> Result<(), String> {
         if drawn.skipped > 0 {
             return Err(format!("{}: {} points cannot be drawn", GROUPS[number], drawn.skipped));
         }
-        canvas.paste(drawn.canvas.rgba(), width, place % ACROSS * width, place / ACROSS * height);
+        canvas.paste(
+            drawn.canvas.rgba(),
+            width,
+            place % ACROSS * width,
+            place / ACROSS * height,
+        );
     }
     write_png(path, &canvas, &[]).map_err(|e| e.to_string())
 }
@@ -45,6 +50,11 @@ fn chart(measured: &[Measured], group: usize) -> Chart {
         chart.push(Series::joined(one.dial.title, colour, Mark::Dot, points));
         chart.push(Series::scatter("", colour, Mark::Circle, first));
     }
-    chart.push(Series::scatter("the bold setting", Rgb(0, 0, 0), Mark::Square, [[1.0, 1.0]]));
+    chart.push(Series::scatter(
+        "the bold setting",
+        Rgb(0, 0, 0),
+        Mark::Square,
+        [[1.0, 1.0]],
+    ));
     chart
 }

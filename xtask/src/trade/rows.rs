@@ -70,7 +70,10 @@ impl Measured {
         // Both were rounded to a double when they were written.
         let off = |s: &&Setting| (s.ratio * chosen.time / s.time - 1.0).abs() > 1e-9;
         if let Some(wrong) = settings.iter().find(off) {
-            return Err(format!("setting {:?} has a ratio of {}, which its times have not", wrong.name, wrong.ratio));
+            return Err(format!(
+                "setting {:?} has a ratio of {}, which its times have not",
+                wrong.name, wrong.ratio
+            ));
         }
         let [time_unit, error_unit, against] = units(first);
         Ok(Self {
@@ -137,10 +140,14 @@ mod tests {
 
     #[test]
     fn what_is_missing_or_no_number_is_refused_by_name() {
-        let changed = |from: &str, to: &str| parsed(&GOOD.map(|row| row.replace(from, to)).each_ref().map(String::as_str)).unwrap_err();
+        let changed = |from: &str, to: &str| {
+            parsed(&GOOD.map(|row| row.replace(from, to)).each_ref().map(String::as_str)).unwrap_err()
+        };
         assert!(parsed(&GOOD[..2]).unwrap_err().contains("2 settings were measured"));
         assert!(parsed(&[]).unwrap_err().contains("dial filter: 0 settings"));
-        assert!(changed("3e0", "NaN").contains("an error of \"NaN\"") || changed("3e0", "NaN").contains("error of \"NaN\""));
+        assert!(
+            changed("3e0", "NaN").contains("an error of \"NaN\"") || changed("3e0", "NaN").contains("error of \"NaN\"")
+        );
         assert!(changed("4e0", "inf").contains("time of \"inf\""));
         assert!(changed("4e0", "0e0").contains("time of \"0e0\""));
         assert!(changed(",3e0", ",").contains("error of \"\""));
@@ -150,7 +157,11 @@ mod tests {
         assert!(changed("filter,cubic", "sharpness,cubic").contains("no dial \"sharpness\""));
         assert!(changed("1e0,HU", "1e0,mm").contains("differ in units"));
         assert!(changed("HU,truth", "HU").contains("8 fields"));
-        assert!(Measured::parse("dial,time\n", &DIALS).unwrap_err().contains("first line"));
+        assert!(
+            Measured::parse("dial,time\n", &DIALS)
+                .unwrap_err()
+                .contains("first line")
+        );
     }
 
     #[test]

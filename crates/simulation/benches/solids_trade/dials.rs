@@ -10,7 +10,8 @@ use super::sphere::{RADII, octant};
 use super::trade::{Dial, Row, Trade, turns};
 use super::{CROWN, MESHES, TOLERANCES, WIDTHS, name};
 
-const RING: &str = "height of the crown by its 1.558977 to which finer meshes of two codes converge (1e-5 of the radius)";
+const RING: &str =
+    "height of the crown by its 1.558977 to which finer meshes of two codes converge (1e-5 of the radius)";
 const BALL: &str = "largest error of a displacement on the surfaces by the largest displacement; Lame's closed form; Poisson's ratio 0.49";
 
 /// The crown of the ring in equilibrium.
@@ -70,7 +71,9 @@ fn cubes(trade: &Trade) {
     };
     // Sides that do not divide the radii: the surfaces cut cubes anyhow, as an organ's do.
     let part = |n: f64| RADII[1] / (n + 0.37);
-    let sides: Vec<_> = [2.0, 3.0, 4.0, 6.0, 8.0].map(|n| (format!("{:.1} mm", part(n)), quadratic(part(n)))).to_vec();
+    let sides: Vec<_> = [2.0, 3.0, 4.0, 6.0, 8.0]
+        .map(|n| (format!("{:.1} mm", part(n)), quadratic(part(n))))
+        .to_vec();
     balls(trade, "space-cube", &format!("{:.1} mm", part(4.0)), &sides);
     let elements = [
         (27, 4.0, quadratic(part(4.0))),
@@ -86,7 +89,9 @@ fn cubes(trade: &Trade) {
 
 fn balls(trade: &Trade, name: &'static str, chosen: &str, cases: &[(String, Cells)]) {
     let mut errors = vec![0.0; cases.len()];
-    let times = turns(trade.rounds(1, 3), cases.len(), |k| errors[k] = octant(&cases[k].1, 0.49).0);
+    let times = turns(trade.rounds(1, 3), cases.len(), |k| {
+        errors[k] = octant(&cases[k].1, 0.49).0
+    });
     let dial = Dial {
         name,
         chosen: chosen.to_owned(),
