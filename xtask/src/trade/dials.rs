@@ -206,7 +206,7 @@ pub(super) const DIALS: [Dial; 31] = [
         3,
         "How well beads' radii are known",
         Key::Option("calib beads --radius-range-mm"),
-        "Radii that are looked for. A wider range takes longer, and a narrow one has a pass more of its own; say the radius where it is known.",
+        "Radii that are looked for. A wider range takes longer; say the radius where it is known.",
     ),
     dial(
         "surface-points",
@@ -216,11 +216,11 @@ pub(super) const DIALS: [Dial; 31] = [
         "How many points are touched or swept. The person's time: turn it up where the target is far from what can be touched.",
     ),
     dial(
-        "surface-seeds",
+        "surface-fitted",
         3,
-        "Seeds of the surface's search",
-        Key::Code("calib/surface-registration/src/search.rs", "seeds"),
-        "Starts that are looked at, from a guess 60 degrees and 50 mm off: with too few the right one is not among them.",
+        "Seeds of the surface's search that are fitted",
+        Key::Code("calib/surface-registration/src/search.rs", "tried"),
+        "The best of 20 000 starts, from a guess 60 degrees and 50 mm off: with too few the right one is not among them.",
     ),
     dial(
         "surface-lattice",

@@ -101,12 +101,17 @@ impl Dial {
     }
 }
 
-/// Points, the seeds of the search and the lattice of distances. The error is that of the last but a tenth of all runs, wrong ones too.
+/// Points, the seeds that are fitted and the lattice of distances. The error is that of the last but a tenth of all runs, wrong ones too.
 pub(crate) fn trade(trade: &Trade, mut scene: Scene) {
     let (runs, mut spacing) = (trade.rounds(3, 40) as u64, Spacing::default());
     let dials = [
         ("points", "surface-points", 200.0, " points"),
-        ("seeds", "surface-seeds", Effort::default().seeds as f64, " seeds"),
+        (
+            "seeds fitted",
+            "surface-fitted",
+            Effort::default().tried as f64,
+            " seeds",
+        ),
         ("lattice, mm", "surface-lattice", Spacing::default().spacing_mm, " mm"),
     ];
     for (dial, name, chosen, unit) in dials {
@@ -116,11 +121,7 @@ pub(crate) fn trade(trade: &Trade, mut scene: Scene) {
             .iter()
             .map(|value| {
                 let count = dial.count(*value, &mut scene, &mut spacing, runs);
-                (
-                    format!("{value}{unit}"),
-                    middle(&count.least_ms),
-                    nine_of_ten(&count.all_tre),
-                )
+                (format!("{value}{unit}"), middle(&count.least_ms), nine_of_ten(&count))
             })
             .collect();
         let traded = Traded {
@@ -134,8 +135,10 @@ pub(crate) fn trade(trade: &Trade, mut scene: Scene) {
     }
 }
 
-fn nine_of_ten(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
+/// A run without a result is worse than any.
+fn nine_of_ten(count: &Count) -> f64 {
+    let mut sorted = count.all_tre.clone();
+    sorted.extend((0..count.failed).map(|_| f64::INFINITY));
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() * 9 / 10).copied().unwrap_or(f64::NAN)
 }
