@@ -77,7 +77,7 @@ fn trade(trade: &Trade) {
         chosen: "20 + 3 x 10".to_owned(),
         time_unit: "us a calibration",
         error_unit: "mm",
-        against: "root mean square 80 mm above the plate; touches drawn with noise of 0.2 mm along each axis",
+        against: "root mean square 80 mm above the plate to drawn poses; touches with noise of 0.2 mm along each axis",
     };
     trade.write(&dial, &rows);
 }

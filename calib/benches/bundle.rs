@@ -61,7 +61,7 @@ fn trade(trade: &Trade, options: &Options) {
         chosen: "100 views".to_owned(),
         time_unit: "ms a calibration",
         error_unit: "mm",
-        against: "root mean square over 24 emitters on a ball of 30 mm after the best alignment; noise 0.1 mm along each axis",
+        against: "root mean square over 24 planted emitters on a ball of 30 mm after the best alignment; noise 0.1 mm along each axis",
     };
     trade.write(&dial, &rows);
 }

@@ -124,7 +124,7 @@ fn trade(trade: &Trade) {
         chosen: chosen.to_owned(),
         time_unit: "ns a pose",
         error_unit: "mm",
-        against: "root mean square at a tip 300 mm away; poses drawn with noise of 0.1 mm across and 0.45 mm along the line of sight",
+        against: "root mean square at a tip 300 mm away to drawn poses; noise of 0.1 mm across and 0.45 mm along the line of sight",
     };
     let row = |k: usize, name: String, times: &[f64], errors: &[f64]| -> Row {
         (name, 1e9 * times[k] / count as f64, errors[k])

@@ -167,7 +167,7 @@ fn trade(trade: &Trade) {
         chosen: "3 mm".to_owned(),
         time_unit: "ms an image of 512 x 512",
         error_unit: "mm",
-        against: "largest distance of a pixel's place at rest to the inverse of the motion; which Newton's method finds to 1e-9 mm",
+        against: "largest distance of a pixel's place at rest to the inverse of the motion that Newton's method finds to 1e-9 mm",
     };
     trade.write(&dial, &(0..6).map(row).collect::<Vec<_>>());
 }

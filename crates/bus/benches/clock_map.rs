@@ -58,7 +58,7 @@ fn trade(trade: &trade::Trade) {
         chosen: names[0].to_owned(),
         time_unit: "ns a frame",
         error_unit: "ms",
-        against: "99 of 100 stamps to the drawn capture and its least delay; WiFi with 5 % of frames late by up to 100 ms and 2 s of congestion",
+        against: "what 99 of 100 stamps stay below to the drawn capture with its least delay; WiFi with 5 % of frames late by up to 100 ms and 2 s of congestion",
     };
     trade.write(&dial, &times.into_iter().enumerate().map(row).collect::<Vec<_>>());
 }

@@ -15,10 +15,8 @@ const SIZE: u32 = 512;
 /// Deviation of a voxel in the slab's examination, HU.
 const NOISE_HU: f64 = 30.0;
 
-const PATIENT: &str =
-    "root mean square of two oblique planes to the generated patient; whose edges are sharper than voxels";
-const WAVES: &str =
-    "root mean square of two oblique planes to a sum of waves of at most 0.2 cycles a voxel; stored as whole HU";
+const PATIENT: &str = "root mean square of oblique planes to the generated patient with edges sharper than voxels";
+const WAVES: &str = "root mean square of two oblique planes to a sum of waves of at most 0.2 cycles a voxel that are stored as whole HU";
 
 /// Each dial, with a field made once for those who share it.
 pub(crate) fn measure(trade: &Trade) {

@@ -70,7 +70,7 @@ pub(crate) fn measure(trade: &Trade) {
         chosen: chosen.to_owned(),
         time_unit: "ms late",
         error_unit: "mm",
-        against: "root mean square at the tip; the drawn motion of up to 10 mm/s at the moment of looking; 0.3 mm of noise along each axis",
+        against: "root mean square at the tip to the drawn motion of up to 10 mm/s at the moment of looking; 0.3 mm of noise along each axis",
     };
     let constants = [0.0, 10.0, 20.0, 35.0, 70.0, 150.0];
     let name = |ms: f64| {

@@ -32,9 +32,11 @@ pub(super) const BENCHES: [(&[&str], &[&str]); 2] = [
 ];
 
 /// Headings of the page, and panels of the picture.
-pub(super) const GROUPS: [&str; 6] = [
+pub(super) const GROUPS: [&str; 8] = [
     "Images",
-    "Poses",
+    "Poses of markers",
+    "Late poses",
+    "A device's clock",
     "Calibration",
     "Beads and bone",
     "Solids",
@@ -65,6 +67,8 @@ pub(super) struct Dial {
     pub(super) key: Key,
     /// What it is for, and when to turn it.
     pub(super) what: &'static str,
+    /// Whether its settings go from less to more, and are not a choice of several ways.
+    pub(super) is_scale: bool,
 }
 
 const fn dial(name: &'static str, group: usize, title: &'static str, key: Key, what: &'static str) -> Dial {
@@ -74,6 +78,14 @@ const fn dial(name: &'static str, group: usize, title: &'static str, key: Key, w
         title,
         key,
         what,
+        is_scale: true,
+    }
+}
+
+const fn choice(name: &'static str, group: usize, title: &'static str, key: Key, what: &'static str) -> Dial {
+    Dial {
+        is_scale: false,
+        ..dial(name, group, title, key, what)
     }
 }
 
@@ -82,21 +94,21 @@ const RING: &str = "config/solids/figure-37.toml";
 
 /// All of them, in the order of the page.
 pub(super) const DIALS: [Dial; 31] = [
-    dial(
+    choice(
         "filter",
         0,
         "Filter, smooth tissue",
         Key::Scene("views.filter"),
         "How voxels are interpolated. Turn it up where small bright things are looked at on pixels smaller than voxels.",
     ),
-    dial(
+    choice(
         "filter-at-edges",
         0,
         "Filter, sharp edges",
         Key::Scene("views.filter"),
-        "The same filters where edges are sharper than voxels: there no filter helps much, and the longer ones ring.",
+        "The same filters where edges are sharper than voxels: there the long ones gain nothing over `b-spline`.",
     ),
-    dial(
+    choice(
         "back-end",
         0,
         "Back end",
@@ -125,7 +137,7 @@ pub(super) const DIALS: [Dial; 31] = [
         Key::Option("calib marker --emitters"),
         "More emitters average more noise. A marker's number is chosen when it is built; fewer seen is what hands and drapes do.",
     ),
-    dial(
+    choice(
         "weights",
         1,
         "Weights of emitters",
@@ -135,7 +147,7 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "smoothing",
-        1,
+        2,
         "Smoothing",
         Key::Scene("tracker.smoothing.time_constant_ms"),
         "Less trembling for more lag. Time is how late the shown pose is. Turn it up for a localizer with much noise and a hand that is nearly \
@@ -143,44 +155,44 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "rate",
-        1,
+        2,
         "Poses a second",
         Key::Scene("tracker.rate_hz"),
         "Half the time between poses is how late what is shown is in the mean, before any delay of the localizer and of images. What lag costs a \
          hand is told in [a hand in silico](hand.md).",
     ),
-    dial(
+    choice(
         "clock",
-        1,
+        3,
         "A capture's time",
         Key::Code("crates/scene/src/localizer.rs", "Mapped"),
         "What a frame's capture is taken for (`clock` in the table of the [localizer](localizer.md)): its stamp by the law of the device's clock, or \
          its arrival. The two below are what other software does. At 100 mm/s 10 ms are 1 mm.",
     ),
-    dial(
+    choice(
         "registration-method",
-        2,
+        4,
         "Registration of pairs",
         Key::Option("calib register --method"),
-        "All methods find the same optimum; they differ in digits where points lie nearly in a line. There is no need to turn it.",
+        "All methods find the same optimum; they differ in digits where points lie nearly in a line, as here, far below what any registration notices. There is no need to turn it.",
     ),
-    dial(
+    choice(
         "pivot-method",
-        2,
+        4,
         "Pivot calibration, method",
         Key::Option("calib pivot --method"),
         "Turn it down only for poses without any slip and of even noise: the quicker ones count every pose alike.",
     ),
     dial(
         "pivot-turning",
-        2,
+        4,
         "Pivot calibration, seconds of turning",
         Key::Scene("steps.turn_s"),
         "The person's time is the setting; the computer's is beside it. The error falls with the root of the seconds.",
     ),
     dial(
         "marker-views",
-        2,
+        4,
         "Views of a marker",
         Key::Option("calib marker --min-views"),
         "How many frames a marker is turned before the localizer for; the bold one is no default. Turn it up until the predicted error of its \
@@ -188,14 +200,14 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "base-touches",
-        2,
+        4,
         "Touches of the calibration base",
         Key::Option("calib base --min-touches"),
         "Touches of the plate and of each of three grooves; the bold one is no default. The person's time, not the computer's.",
     ),
-    dial(
+    choice(
         "bead-ground",
-        3,
+        5,
         "What lies around a bead",
         Key::Code("calib/bead/src/search.rs", "ground"),
         "What the tissue under a bead is taken for. In this drawn body, whose bone is even, a constant does best; in real CTs the random field does, by 1.3 to 8 \
@@ -203,28 +215,28 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "bead-radius",
-        3,
+        5,
         "How well beads' radii are known",
         Key::Option("calib beads --radius-range-mm"),
         "Radii that are looked for. A wider range takes longer; say the radius where it is known.",
     ),
     dial(
         "surface-points",
-        3,
+        5,
         "Points of a bone's surface",
         Key::Option("calib surface --points"),
         "How many points are touched or swept. The person's time: turn it up where the target is far from what can be touched.",
     ),
     dial(
         "surface-fitted",
-        3,
+        5,
         "Seeds of the surface's search that are fitted",
         Key::Code("calib/surface-registration/src/search.rs", "tried"),
         "The best of 20 000 starts, from a guess 60 degrees and 50 mm off: with too few the right one is not among them.",
     ),
     dial(
         "surface-lattice",
-        3,
+        5,
         "Lattice of distances to the surface",
         Key::Code("calib/surface-registration/src/field.rs", "spacing_mm"),
         "How finely distances are tabled for the search, which the surface itself has the last word after; the table is made once, and its \
@@ -232,42 +244,42 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "plane-mesh",
-        4,
+        6,
         "In the plane: elements of a ring",
         Key::File(RING, "elements"),
         "Nine-node elements round and through it. The first dial to turn for a shape, the last for a picture.",
     ),
     dial(
         "plane-barrier",
-        4,
+        6,
         "In the plane: width of the barrier",
         Key::File(RING, "widths"),
-        "How far off solids push one another. `simulate run` ends in exact contact, which costs least here as well.",
+        "How far off solids push one another. `simulate run` ends in exact contact, which costs less than narrow barriers.",
     ),
     dial(
         "plane-tolerance",
-        4,
+        6,
         "In the plane: tolerance of forces",
         Key::Code("crates/simulation/src/control/settings.rs", "tolerance"),
-        "When forces balance. Newton's last steps gain many digits each: little time is saved by stopping early.",
+        "When forces balance. Newton's last steps gain many digits each; stopping early saves them.",
     ),
     dial(
         "space-cube",
-        4,
+        6,
         "In space: side of cubes",
         Key::File(KIDNEY, "side"),
         "Of a ball of 40 mm with a hole of 20 mm. The dial of a mesh: an eighth of the unknowns at twice the side.",
     ),
-    dial(
+    choice(
         "space-element",
-        4,
+        6,
         "In space: element",
         Key::Code("crates/simulation/src/space/cells/settings.rs", "order"),
         "Cubes of 27 nodes beside those of 8, which need to be so much smaller that they cost more for the same error.",
     ),
     dial(
         "tissue-cube",
-        5,
+        7,
         "Side of an organ's cubes",
         Key::File(KIDNEY, "side"),
         "Of the largest cubes; near the tube's way they are half as large. The row of the least side says how far the finest cubes, which others are \
@@ -275,35 +287,35 @@ pub(super) const DIALS: [Dial; 31] = [
     ),
     dial(
         "tissue-tolerance",
-        5,
+        7,
         "Tolerance of a state",
         Key::Scene("tissue.tolerance"),
         "Free forces over those of contact at which a state is settled. Turn it up where states are late.",
     ),
     dial(
         "tissue-refresh",
-        5,
+        7,
         "Refresh of second derivatives",
         Key::Scene("tissue.refresh_mm"),
         "How far the tube goes on old ones: more often costs factors, less often steps.",
     ),
     dial(
         "tissue-delay",
-        5,
+        7,
         "Delay of factors",
         Key::Scene("tissue.delay"),
         "States later that another thread's factors are taken up; with 0 the frame's own thread makes them.",
     ),
     dial(
         "tissue-steps",
-        5,
+        7,
         "Steps for a pose",
         Key::Scene("tissue.most_steps"),
         "Where they do not suffice the image says NOT SETTLED. Turn it down for an even time, up where that is often said.",
     ),
     dial(
         "tissue-piece",
-        5,
+        7,
         "Pieces of organs in images",
         Key::Scene("tissue.piece_mm"),
         "Organs are cut into pieces of at most this size, in which the motion is straight. What small pieces leave over is the error of the cubes of 10 mm that \

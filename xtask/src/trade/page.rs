@@ -24,8 +24,8 @@ where there is one. Dials are turned one at a time, the others at their defaults
 const AFTER: &str = "
 ![Error over time of each dial, both over those of the bold setting](trade.png)
 
-In the picture both are over those of the bold setting, so that all lines meet in (1, 1): down is more accurate, left is faster, and a line that falls to
-the right is a dial that trades. An open circle is the first row of the dial's table.
+In the picture both are over those of the bold setting, so that all dials meet in (1, 1): down is more accurate, left is faster, and a line that falls to
+the right is a dial that trades. A line goes from its large dot through the rows of the dial's table; triangles are a choice of several ways.
 
 What is not here: rates and lags with a person at the other end ([a hand in silico](hand.md)), and what all errors make together at the target of an
 operation ([accuracy of whole operations](accuracy.md)).

@@ -45,10 +45,18 @@ fn chart(measured: &[Measured], group: usize) -> Chart {
             continue;
         };
         let colour = COLOURS[k % 6];
+        let mark = if one.dial.is_scale { Mark::Small } else { Mark::Triangle };
         let points: Vec<[f64; 2]> = one.settings.iter().map(|s| [s.ratio, s.error / error]).collect();
         let first = points.first().copied();
-        chart.push(Series::joined(one.dial.title, colour, Mark::Dot, points));
-        chart.push(Series::scatter("", colour, Mark::Circle, first));
+        let kind = if one.dial.is_scale {
+            Series::joined
+        } else {
+            Series::scatter
+        };
+        chart.push(kind(one.dial.title, colour, mark, points));
+        if one.dial.is_scale {
+            chart.push(Series::scatter("", colour, Mark::Dot, first));
+        }
     }
     chart.push(Series::scatter(
         "the bold setting",

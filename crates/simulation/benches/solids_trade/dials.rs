@@ -11,8 +11,8 @@ use super::trade::{Dial, Row, Trade, turns};
 use super::{CROWN, MESHES, TOLERANCES, WIDTHS, name};
 
 const RING: &str =
-    "height of the crown by its 1.558977 to which finer meshes of two codes converge (1e-5 of the radius)";
-const BALL: &str = "largest error of a displacement on the surfaces by the largest displacement; Lame's closed form; Poisson's ratio 0.49";
+    "height of the crown to the 1.558977 that finer meshes of two codes converge to (1e-5 of the radius)";
+const BALL: &str = "largest error of a displacement on the surfaces to Lame's closed form; Poisson's ratio 0.49";
 
 /// The crown of the ring in equilibrium.
 fn crown(elements: [usize; 2], width: f64, tolerance: f64) -> f64 {
@@ -56,7 +56,7 @@ pub(crate) fn measure(trade: &Trade) {
     let (last, looser) = TOLERANCES.split_last().unwrap();
     let tolerances: Vec<_> = looser.iter().map(|t| (format!("{t:.0e}"), [32, 4], 1e-3, *t)).collect();
     let settled = crown([32, 4], 1e-3, *last);
-    let against = "height of the crown by that of the same mesh and barrier at 1e-11";
+    let against = "height of the crown to that of the same mesh and barrier at 1e-11";
     rings("plane-tolerance", "1e-8", against, &tolerances, settled);
     cubes(trade);
 }
@@ -96,7 +96,7 @@ fn balls(trade: &Trade, name: &'static str, chosen: &str, cases: &[(String, Cell
         name,
         chosen: chosen.to_owned(),
         time_unit: "ms for mesh and equilibrium",
-        error_unit: "1",
+        error_unit: "of the largest displacement",
         against: BALL,
     };
     let row = |k: usize| -> Row { (cases[k].0.clone(), 1e3 * times[k], errors[k]) };
