@@ -297,14 +297,15 @@ pub(super) const DIALS: [Dial; 31] = [
         7,
         "Refresh of second derivatives",
         Key::Scene("tissue.refresh_mm"),
-        "How far the tube goes on old ones: more often costs factors, less often steps.",
+        "How far the tube goes on old ones: more often costs factors, less often steps. The median hardly shows either.",
     ),
     dial(
         "tissue-delay",
         7,
         "Delay of factors",
         Key::Scene("tissue.delay"),
-        "States later that another thread's factors are taken up; with 0 the frame's own thread makes them.",
+        "States later that another thread's factors are taken up; with 0 the frame's own thread makes them. The median does not show that: it is the few frames \
+         with new factors that take longer.",
     ),
     dial(
         "tissue-steps",
