@@ -9,11 +9,14 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
 
 use calib::base::{Group, Located, Options, locate, separate};
 use common::Random;
 use common::plate::{Touching, pose, uneven, unlabelled};
 use geometry::{Base, Point, Tracker};
+use trade::{Dial, Row, Trade, median, processor_s};
 
 const SIGMA: f64 = 0.2;
 const RUNS: usize = 300;
@@ -42,7 +45,47 @@ fn heaped(groups: &[Group<Tracker>]) -> Located<Tracker> {
     locate(&uneven(), &groups, &Options::new(SIGMA)).unwrap()
 }
 
+/// Touches of the plate and of each groove.
+fn trade(trade: &Trade) {
+    let (drawing, target) = (uneven(), Point::<Base>::new(0.0, 0.0, 80.0));
+    let runs = trade.rounds(5, RUNS);
+    let row = |counts: [usize; 2]| -> Row {
+        let touching = Touching {
+            drawing: &drawing,
+            tip_radius: 0.0,
+            sigma: SIGMA,
+            counts,
+        };
+        let (mut random, mut times, mut squares) = (Random::new(1), Vec::new(), 0.0);
+        for _ in 0..runs {
+            let truth = pose(&mut random);
+            let groups = touching.groups(&mut random, truth);
+            let began = processor_s();
+            let found = labelled(&groups);
+            times.push(1e6 * (processor_s() - began));
+            squares += (found.place.transform() * target).distance(truth * target).powi(2);
+        }
+        (
+            format!("{} + 3 x {}", counts[0], counts[1]),
+            median(times),
+            (squares / runs as f64).sqrt(),
+        )
+    };
+    let rows: Vec<Row> = [[10, 5], [20, 10], [50, 25], [100, 50]].map(row).to_vec();
+    let dial = Dial {
+        name: "base-touches",
+        chosen: "20 + 3 x 10".to_owned(),
+        time_unit: "us a calibration",
+        error_unit: "mm",
+        against: "root mean square 80 mm above the plate to drawn poses; touches with noise of 0.2 mm along each axis",
+    };
+    trade.write(&dial, &rows);
+}
+
 fn main() {
+    if let Some(trade) = Trade::wanted() {
+        return self::trade(&trade);
+    }
     let drawing = uneven();
     let target = Point::<Base>::new(0.0, 0.0, 80.0);
     println!("touches       way        error mm  predicted mm  condition  time us");

@@ -5,17 +5,39 @@
 #![allow(clippy::disallowed_methods, reason = "a benchmark measures real time")]
 #![allow(clippy::print_stdout, reason = "the table is what this is for")]
 
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
+
 use std::hint::black_box;
 use std::time::Instant;
 
 use calib::pose::{Body, Gates, Localizer, Sighting, solve};
 use calib::registration::{Method, Pairs, fit};
 use geometry::{Marker, Point, Rigid, Tracker, Vector};
+use trade::{Dial, Row, Trade, rms, turns};
 
 const SAMPLES: usize = 1000;
 /// Samples timed in a row: short enough to go undisturbed now and then on a machine that is busy.
 const BATCH: usize = 40;
 const ROUNDS: usize = 15;
+
+const LOCALIZER: Localizer = Localizer {
+    eye: Point::new(0.0, 0.0, 0.0),
+    across_mm: 0.1,
+    depth_mm: 0.45,
+    at_mm: 2300.0,
+    growth_across: 1.0,
+    growth_depth: 2.0,
+    step_mm: 0.0,
+};
+
+/// Wide open: nothing is left out.
+const GATES: Gates = Gates {
+    min_emitters: 4,
+    max_tip_mm: 100.0,
+    max_fre_mm: 100.0,
+    outlier_sigmas: 100.0,
+};
 
 struct Random(u64);
 
@@ -65,6 +87,58 @@ fn sample(places: &[Point<Marker>], localizer: &Localizer, random: &mut Random) 
     Sample { truth, seen }
 }
 
+/// Number of emitters with full weights, and weights with the usual 24.
+fn trade(trade: &Trade) {
+    let count = trade.rounds(200, SAMPLES);
+    let at_tip = Point::<Marker>::new(0.0, 0.0, 300.0);
+    let cases: [usize; 5] = [4, 8, 16, 24, 32];
+    let made = cases.map(|n| {
+        let (places, mut random) = (ball(n), Random(7));
+        let samples: Vec<Sample> = (0..count).map(|_| sample(&places, &LOCALIZER, &mut random)).collect();
+        (Body::of_points(&places).unwrap(), places, samples)
+    });
+    let by = |(body, places, samples): &(Body<Marker>, Vec<Point<Marker>>, Vec<Sample>), way: usize| -> f64 {
+        let tip = |s: &Sample| match way {
+            0 | 1 => {
+                let localizer = if way == 0 { LOCALIZER } else { Localizer::isotropic(0.2) };
+                solve(body, at_tip, &s.seen, &localizer, &GATES)
+                    .unwrap()
+                    .transform
+                    .transform()
+                    * at_tip
+            }
+            _ => {
+                let to: Vec<Point<Tracker>> = s.seen.iter().map(|s| s.place).collect();
+                fit(Pairs::new(&to, places).unwrap(), Method::Newton).unwrap().transform * at_tip
+            }
+        };
+        rms(samples
+            .iter()
+            .map(|s| black_box(tip(black_box(s))).distance(s.truth * at_tip)))
+    };
+    let rounds = trade.rounds(1, 15);
+    let mut errors = [0.0; 5];
+    let times = turns(rounds, 5, |k| errors[k] = by(&made[k], 0));
+    let dial = |name, chosen: &str| Dial {
+        name,
+        chosen: chosen.to_owned(),
+        time_unit: "ns a pose",
+        error_unit: "mm",
+        against: "root mean square at a tip 300 mm away to drawn poses; noise of 0.1 mm across and 0.45 mm along the line of sight",
+    };
+    let row = |k: usize, name: String, times: &[f64], errors: &[f64]| -> Row {
+        (name, 1e9 * times[k] / count as f64, errors[k])
+    };
+    let rows: Vec<Row> = (0..5)
+        .map(|k| row(k, format!("{} emitters", cases[k]), &times, &errors))
+        .collect();
+    trade.write(&dial("emitters", "24 emitters"), &rows);
+    let times = turns(rounds, 3, |k| errors[k] = by(&made[3], k));
+    let names = ["full weights", "equal weights", "closed solution"];
+    let rows: Vec<Row> = (0..3).map(|k| row(k, names[k].to_owned(), &times, &errors)).collect();
+    trade.write(&dial("weights", "full weights"), &rows);
+}
+
 /// Least time of a batch, ns per sample, and the root mean square error at the tip, mm.
 fn measure(samples: &[Sample], mut tip: impl FnMut(&Sample) -> Point<Tracker>) -> (f64, f64) {
     let at_tip = Point::<Marker>::new(0.0, 0.0, 300.0);
@@ -81,21 +155,10 @@ fn measure(samples: &[Sample], mut tip: impl FnMut(&Sample) -> Point<Tracker>) -
 }
 
 fn main() {
-    let localizer = Localizer {
-        eye: Point::new(0.0, 0.0, 0.0),
-        across_mm: 0.1,
-        depth_mm: 0.45,
-        at_mm: 2300.0,
-        growth_across: 1.0,
-        growth_depth: 2.0,
-        step_mm: 0.0,
-    };
-    let gates = Gates {
-        max_tip_mm: 100.0,
-        max_fre_mm: 100.0,
-        outlier_sigmas: 100.0,
-        ..Gates::default()
-    };
+    if let Some(trade) = Trade::wanted() {
+        return self::trade(&trade);
+    }
+    let (localizer, gates) = (LOCALIZER, GATES);
     let at_tip = Point::<Marker>::new(0.0, 0.0, 300.0);
     println!(
         "tip 300 mm from a ball of 50 mm, noise 0.1 mm across and 0.45 mm along the line of sight; least of {} batches",

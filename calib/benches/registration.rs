@@ -19,6 +19,8 @@
 mod ladder;
 #[path = "registration/plot.rs"]
 mod plot;
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
 
 use std::hint::black_box;
 
@@ -142,6 +144,9 @@ fn each<T, R>(items: &[T], work: impl Fn(&T) -> R) {
 }
 
 fn main() {
+    if let Some(trade) = trade::Trade::wanted() {
+        return ladder::trade(&trade);
+    }
     println!("n = {POINTS}, {SETS} sets, lowest quartile of {ROUNDS} rounds; errors in 2^-53 x condition");
     for (name, width, noise) in [
         ("noise 0.1 of 50 mm", 1.0, 0.1),

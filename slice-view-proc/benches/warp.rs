@@ -8,11 +8,15 @@
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
+
 use std::collections::BTreeMap;
 
 use geometry::{Point, SlicePlane, Vector};
 use rustix::time::{ClockId, clock_gettime};
 use slice_view_proc::warp::{Cube, Organ, Pixel, Region, Shape, Warp, Warped};
+use trade::{Dial, Row, Trade, turns};
 
 /// Milliseconds of processor that this thread has had: others beside it do not count.
 fn processor_ms() -> f64 {
@@ -135,7 +139,43 @@ fn newton(plane: &SlicePlane, warped: &Warped) -> f64 {
     processor_ms() - began
 }
 
+/// Sizes of pieces beside Newton's method, as a dial.
+fn trade(trade: &Trade) {
+    let (cubes, places) = mesh();
+    let sizes = [10.0, 5.0, 3.0, 2.5, 1.25, 0.625];
+    let shapes = sizes.map(|pieces| Shape::new(&cubes, places.len(), region(), pieces).unwrap());
+    let mut warp = Warp::default();
+    let mut errors_mm = [0.0_f64; 6];
+    let mut rounds = [0; 6];
+    let times = turns(trade.rounds(3, ROUNDS), 6, |k| {
+        let organs = [Organ {
+            shape: &shapes[k],
+            places: &places,
+        }];
+        warp.draw(&plane(rounds[k]), &organs).unwrap();
+        rounds[k] += 1;
+    });
+    for (error, shape) in errors_mm.iter_mut().zip(&shapes) {
+        for round in 0..3 {
+            let (organs, plane) = ([Organ { shape, places: &places }], plane(round));
+            *error = error.max(errors(&plane, warp.draw(&plane, &organs).unwrap())[0]);
+        }
+    }
+    let row = |k: usize| -> Row { (format!("{} mm", sizes[k]), 1e3 * times[k], errors_mm[k]) };
+    let dial = Dial {
+        name: "tissue-piece",
+        chosen: "3 mm".to_owned(),
+        time_unit: "ms an image of 512 x 512",
+        error_unit: "mm",
+        against: "largest distance of a pixel's place at rest to the inverse of the motion that Newton's method finds to 1e-9 mm",
+    };
+    trade.write(&dial, &(0..6).map(row).collect::<Vec<_>>());
+}
+
 fn main() {
+    if let Some(trade) = Trade::wanted() {
+        return self::trade(&trade);
+    }
     let (cubes, places) = mesh();
     let mut warp = Warp::default();
     println!("{HEADER}");

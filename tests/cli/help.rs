@@ -1,7 +1,7 @@
 //! What the programs say of themselves.
 
 #[path = "../support/programs.rs"]
-mod programs;
+pub(crate) mod programs;
 
 use clap::Command;
 

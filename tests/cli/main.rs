@@ -29,4 +29,5 @@ mod steps;
 mod study;
 #[path = "../support/mod.rs"]
 mod support;
+mod trade;
 mod volume_tools;

@@ -7,14 +7,18 @@
 #![allow(clippy::disallowed_methods, reason = "measures wall time")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 
+#[path = "strokes/dials.rs"]
+mod dials;
 #[path = "strokes/motion.rs"]
 mod motion;
 #[path = "strokes/organ.rs"]
 mod organ;
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
 
 use motion::{Noise, RATE, stroke};
 use nalgebra::{Isometry3, Vector3};
-use organ::{Place, kidney, pose};
+use organ::{Shipped, Targets, pose};
 use simulation::space::frames::{Frame, Frames, Settings, State};
 
 const HEADER: &str = "speed,frame,phase,ms,wall_ms,state,steps,contact_steps,factor,residual,unsettled,off,nodes_off,force,det,points,depth";
@@ -48,16 +52,11 @@ fn name(state: &State) -> &'static str {
 }
 
 /// How far nodes of two states, and places inside, lie apart at most along an axis, mm.
-fn apart(a: &[f64], b: &[f64], places: &[Place]) -> [f64; 2] {
+fn apart(a: &[f64], b: &[f64], places: &Targets) -> [f64; 2] {
     let nodes = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    let along = |place: &Place, axis: usize| {
-        let moved = place.iter().map(|(n, w)| w * (a[3 * n + axis] - b[3 * n + axis]));
-        moved.sum::<f64>().abs()
-    };
-    let each = places
-        .iter()
-        .flat_map(|place| (0..3).map(move |axis| along(place, axis)));
-    [nodes, each.fold(0.0, f64::max)]
+    let (of_a, of_b) = (places.moved(a), places.moved(b));
+    let inside = of_a.iter().zip(of_b).map(|(a, b)| (a - b).amax());
+    [nodes, inside.fold(0.0, f64::max)]
 }
 
 /// The state at a pose to the truth's own tolerance, in as many frames as it takes; whether it came there.
@@ -100,7 +99,7 @@ fn say(speed: f64, phase: &str, rows: &[&Row]) {
 fn run(
     mut truth: Option<&mut Frames>,
     frames: &mut Frames,
-    organ: (&organs::Way, &[Place]),
+    organ: (&organs::Way, &Targets),
     speed: f64,
     csv: &mut Vec<String>,
 ) {
@@ -159,6 +158,9 @@ fn run(
 }
 
 fn main() {
+    if let Some(trade) = trade::Trade::wanted() {
+        return dials::measure(&trade);
+    }
     let words: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
     let number = |name: &str, usual: f64| {
         let found = words
@@ -187,13 +189,15 @@ fn main() {
         speeds
     };
     let with_truth = words.iter().any(|w| w == "truth");
+    let shipped = Shipped::read();
+    let model = shipped.model();
+    let places = Shipped::places(&model);
     let mut csv = vec![HEADER.to_owned()];
     for speed in speeds {
-        let wanted: &[Settings] = if with_truth { &[settings, truth] } else { &[settings] };
-        let (mut all, way, places) = kidney(wanted);
-        let (first, rest) = all.split_at_mut(1);
-        println!("{} unknowns", first[0].state().len());
-        run(rest.first_mut(), &mut first[0], (&way, &places), speed, &mut csv);
+        let (mut frames, way, _) = shipped.frames(&model, &settings);
+        let mut truth = with_truth.then(|| shipped.frames(&model, &truth).0);
+        println!("{} unknowns", frames.state().len());
+        run(truth.as_mut(), &mut frames, (&way, &places), speed, &mut csv);
     }
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../out/bench");
     std::fs::create_dir_all(&folder).unwrap();

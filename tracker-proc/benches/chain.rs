@@ -4,6 +4,11 @@
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(clippy::print_stdout, reason = "the table is what this is for")]
 
+#[path = "chain/dials.rs"]
+mod dials;
+#[path = "../../benches/shared/trade.rs"]
+mod trade;
+
 use std::hint::black_box;
 use std::path::Path;
 
@@ -96,6 +101,9 @@ fn row(name: &str, tables: &str) {
 }
 
 fn main() {
+    if let Some(trade) = trade::Trade::wanted() {
+        return dials::measure(&trade);
+    }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!(
         "24 emitters seen of each marker; us of processor time a sample (least, median of batches), tip rms in mm"

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::failure::Failure;
 use crate::shell::{cargo, program, quietly, root, run, say, target};
+use crate::trade;
 
 const PEERS: &str = "slice-view-proc/benches/peers";
 
@@ -14,9 +15,7 @@ const PEERS: &str = "slice-view-proc/benches/peers";
 /// [`Failure`] where a program cannot be started or fails.
 pub(crate) fn bench(arguments: &[String]) -> Result<(), Failure> {
     match arguments.split_first() {
-        Some((name, rest)) if name == "trade" => {
-            run(cargo(&["bench", "--package", "slice-view-proc", "--bench", "trade"]).args(rest))
-        }
+        Some((name, rest)) if name == "trade" => trade::trade(rest),
         Some((name, rest)) if name == "solids" => {
             run(cargo(&["bench", "--package", "simulation", "--bench", "*"]).args(rest))
         }

@@ -11,6 +11,7 @@ mod shell;
 mod software;
 mod steps;
 mod test;
+mod trade;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -29,7 +30,8 @@ cargo xtask test-remote           tests it between real runs; with --if-changed 
                                   last passed, as `test` does
 cargo xtask check                 what to run between two edits: formatting, lints, and the tests beside the code and of the house
 cargo xtask bench [-- ARGUMENTS]  the benchmarks; ARGUMENTS go to `cargo bench`
-cargo xtask bench trade           error against time of every reslice filter and back end, into out/bench/trade.{csv,png}
+cargo xtask bench trade [--quick] [--out DIR] [--again]   every dial of the system: time beside error, into docs/trade.{md,csv,png}
+                                  (--quick: few rounds, into out/bench; --again: page and picture of the rows that are there)
 cargo xtask bench solids          solids: cost, detection, and mesh, tolerance and barrier against error, into out/bench/solids-*
 cargo xtask bench peers           the reslice engine beside VTK and SimpleITK, in a Python environment in the build folder
 cargo xtask bench load            reading a DICOM series beside a plain read and SimpleITK, likewise

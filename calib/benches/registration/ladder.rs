@@ -12,6 +12,7 @@ use geometry::rotation::{Rotation, RotationMatrix};
 use geometry::{Ct, Point, Tracker};
 use nalgebra::Matrix3;
 
+use super::trade::{Dial, Row, Trade, turns};
 use super::{POINTS, Random, SETS, Set, Work, each, matrix, nalgebra_dynamic, nalgebra_svd, race, rotation};
 
 /// Powers of ten of the conditions.
@@ -47,6 +48,15 @@ impl Solver {
             Self::NalgebraFixed => "nalgebra Matrix3::svd".to_owned(),
             Self::NalgebraDynamic => "nalgebra DMatrix svd".to_owned(),
         }
+    }
+
+    /// As it is typed: small letters, parts joined by dashes.
+    fn typed(self) -> String {
+        let letter = |(i, c): (usize, char)| {
+            let dash = if c.is_uppercase() && i > 0 { "-" } else { "" };
+            format!("{dash}{}", c.to_lowercase())
+        };
+        self.name().chars().enumerate().map(letter).collect()
     }
 
     /// The rotation from the points; `None` where the solver refuses.
@@ -97,6 +107,31 @@ pub(crate) fn measure() -> Vec<Rung> {
         on_one_condition(planted)
     });
     rungs.collect()
+}
+
+/// The methods on clouds a thousand times as long as wide.
+pub(crate) fn trade(trade: &Trade) {
+    let mut random = Random(0x2545_f491_4f6c_dd1d);
+    let planted: Vec<Planted> = (0..SETS).map(|_| planted(&mut random, 6)).collect();
+    let (truths, sets): (Vec<_>, Vec<_>) = planted.into_iter().map(|p| (p.truth, p.set)).unzip();
+    let solvers = Method::ALL.map(Solver::Ours);
+    let times = turns(trade.rounds(3, 200), solvers.len(), |k| solvers[k].work(&sets));
+    let worst = |solver| {
+        sets.iter()
+            .zip(&truths)
+            .map(|(set, truth)| off(solver, set, *truth))
+            .fold(0.0, f64::max)
+    };
+    let row = |(solver, time): (Solver, f64)| -> Row { (solver.typed(), 1e9 * time / SETS as f64, worst(solver)) };
+    let rows: Vec<Row> = solvers.into_iter().zip(times).map(row).collect();
+    let dial = Dial {
+        name: "registration-method",
+        chosen: Solver::Ours(Method::default()).typed(),
+        time_unit: "ns a registration of 24 pairs",
+        error_unit: "rad",
+        against: "worst angle of 64 to a rotation known exactly; clouds a thousand times as long as wide without noise",
+    };
+    trade.write(&dial, &rows);
 }
 
 fn on_one_condition(planted: Vec<Planted>) -> Vec<Rung> {

@@ -23,6 +23,8 @@ mod dump;
 mod rows;
 #[path = "surface/run.rs"]
 mod run;
+#[path = "../../../benches/shared/trade.rs"]
+mod trade;
 
 use common::draw::Source;
 use common::oracle;
@@ -55,6 +57,9 @@ fn main() {
         field,
         source: Source::new(&bone),
     };
+    if let Some(trade) = trade::Trade::wanted() {
+        return dials::trade(&trade, scene);
+    }
     if let Some(file) = after("--dials") {
         return dials::dials(&bone, scene, runs, &file);
     }

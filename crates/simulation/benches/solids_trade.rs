@@ -9,7 +9,13 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "solids_trade/dials.rs"]
+mod dials;
 mod shared;
+#[path = "../tests/space/sphere.rs"]
+mod sphere;
+#[path = "../../../benches/shared/trade.rs"]
+mod trade;
 
 use common::scenes::{guard, ring_exact};
 use picture::chart::{Axis, COLOURS, Chart};
@@ -104,6 +110,9 @@ fn name(width: f64) -> String {
 }
 
 fn main() {
+    if let Some(trade) = trade::Trade::wanted() {
+        return dials::measure(&trade);
+    }
     say_load();
     println!("{} (width 0: exact)", Row::HEADER);
     let meshes = MESHES.into_iter().flat_map(|m| WIDTHS.map(|w| (m, w)));

@@ -41,7 +41,7 @@ pub(crate) fn all() -> impl Iterator<Item = Field> {
     makers.into_iter().map(|make| make())
 }
 
-fn patient() -> Field {
+pub(crate) fn patient() -> Field {
     let phantom = Phantom::new(phantom::DEFAULT_SEED);
     let grid = ct::grid(ct::DIMS, ct::SPACING_MM);
     Field {
@@ -56,7 +56,7 @@ fn turns(limit: f64) -> [[f64; 3]; WAVES.len()] {
     WAVES.map(|(direction, part)| direction.map(|component| component * part * limit))
 }
 
-fn waves(name: &'static str, limit: f64) -> Field {
+pub(crate) fn waves(name: &'static str, limit: f64) -> Field {
     let grid = ct::grid(ct::DIMS, ct::SPACING_MM);
     let turns = turns(limit);
     // cos(a + b) by the angles' sines and cosines: a cosine for each voxel and wave would take minutes.

@@ -17,7 +17,7 @@ pub(crate) const SIZES: [u32; 3] = [256, 512, 1024];
 const FIELD_MM: f64 = 150.0;
 /// How far from the volume's middle, mm.
 const REACH_MM: f64 = 25.0;
-const PLANES: usize = 2;
+pub(crate) const PLANES: usize = 2;
 const ROUNDS: usize = 9;
 /// After this much time a contestant draws no more: the slow ones take seconds an image, and vary less.
 const ENOUGH_MS: f64 = 300.0;
@@ -48,7 +48,7 @@ impl BackEnd {
     }
 
     /// `None` where there is no card.
-    fn resampler(self) -> Option<Box<dyn Resampler>> {
+    pub(crate) fn resampler(self) -> Option<Box<dyn Resampler>> {
         Some(match self {
             Self::Vector => Box::new(Cpu::default()),
             Self::Portable => Box::new(Cpu::portable()),
@@ -64,7 +64,7 @@ impl BackEnd {
     }
 
     /// How long `work` takes, ms: on a card until the results are there, elsewhere the CPU's time.
-    fn time(self, work: impl FnOnce()) -> f64 {
+    pub(crate) fn time(self, work: impl FnOnce()) -> f64 {
         match self {
             Self::Vector | Self::Portable | Self::Reference => cpu_ms(work),
             Self::Gpu | Self::Sampler => {
@@ -84,7 +84,6 @@ impl BackEnd {
 /// One point of the curve.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    pub(crate) field: &'static str,
     pub(crate) filter: Filter,
     pub(crate) back_end: BackEnd,
     pub(crate) size: u32,
@@ -94,9 +93,9 @@ pub(crate) struct Row {
 }
 
 /// An image with what it should be.
-struct Task {
-    plane: SlicePlane,
-    truth: Vec<f64>,
+pub(crate) struct Task {
+    pub(crate) plane: SlicePlane,
+    pub(crate) truth: Vec<f64>,
 }
 
 /// All points of the curve for a field.
@@ -120,7 +119,7 @@ pub(crate) fn measure(field: &Field) -> Vec<Row> {
     rows
 }
 
-fn tasks(field: &Field, size: u32) -> Vec<Task> {
+pub(crate) fn tasks(field: &Field, size: u32) -> Vec<Task> {
     // The same planes for each size and field.
     let mut random = Random::new(8);
     let pixel_mm = FIELD_MM / f64::from(size);
@@ -164,7 +163,6 @@ fn race(
         }
     }
     let row = |((back_end, _), (times, errors)): (&(BackEnd, _), (Times, Errors))| Row {
-        field: field.name,
         filter,
         back_end: *back_end,
         size,

@@ -29,6 +29,8 @@ pub(crate) struct Count {
     /// Refused of all.
     pub(crate) stopped: usize,
     pub(crate) tre: Vec<f64>,
+    /// Of all that have a result.
+    pub(crate) all_tre: Vec<f64>,
     pub(crate) bound: Vec<f64>,
     pub(crate) within: usize,
     pub(crate) looked: usize,
@@ -123,6 +125,7 @@ pub(crate) fn run(scene: &Scene, row: &Row, options: &Options, seed: u64, count:
         &drawn.ct_from_tracker,
         &targets(),
     ));
+    count.all_tre.push(tre);
     let refusals = Limits::default().judge(&found, &targets());
     let is_refused = refusals.iter().any(|r| *r != Refusal::NotSearched);
     let is_moved = refusals.iter().any(|r| matches!(r, Refusal::Moved { .. }));
