@@ -5,7 +5,8 @@
 use std::collections::VecDeque;
 
 use bus::message::{
-    TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState, ToolPose,
+    TargetShown, TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState,
+    ToolPose,
 };
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
@@ -37,6 +38,19 @@ impl Tissues<'_> {
     pub fn place(&self, at_rest: Point<Ct>) -> Point<Ct> {
         let moved = self.moved.and_then(|moved| moved.place(at_rest));
         moved.unwrap_or(at_rest)
+    }
+
+    /// Where an image has a target, and whose place that is.
+    pub(crate) fn target(&self, planned: Point<Ct>) -> (Point<Ct>, TargetShown) {
+        let moved = self.moved.and_then(|moved| moved.place(planned));
+        let shown = match (self.shown, self.moved, moved) {
+            (TissueShown::None, ..) => TargetShown::Planned,
+            (TissueShown::Settled, Some(_), Some(_)) => TargetShown::Model,
+            (TissueShown::Settled, Some(_), None) => TargetShown::Beside,
+            (TissueShown::Approximate, Some(_), _) => TargetShown::NotSettled,
+            _ => TargetShown::AtRest,
+        };
+        (moved.unwrap_or(planned), shown)
     }
 
     /// Organs that cannot be drawn where a state has them.

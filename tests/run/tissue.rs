@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::support::{World, kill_9, pid_in, wait_for};
 use bus::Bus;
-use bus::message::{Ages, FrameStamp, TissueHeader, TissueMesh, TissueMeshHeader, TissueShown, TissueState};
+use bus::message::{
+    Ages, FrameStamp, TargetShown, TissueHeader, TissueMesh, TissueMeshHeader, TissueShown, TissueState,
+};
 use bus::port::{Frame, FrameSubscriber, HeadedSubscriber};
 use bus::run::RunContext;
 use bus::topic::{TISSUE, TISSUE_MESH, VIEW_FRAME};
@@ -135,6 +137,7 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
     // A target in the organ goes with it; one beside it stays.
     let beside = stamp.target_mm;
     assert!(beside != [0.0; 3] && stamp.target_shown_mm == beside);
+    assert_eq!(stamp.target, TargetShown::Beside.code());
     let said = world.output("pilot", &["choose", "in the kidney"]);
     assert!(said.status.success(), "{}", crate::support::stderr(&said));
     let frame = rig.image("an image of the target in the kidney", |stamp, state| {
@@ -148,6 +151,7 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
     // The same sums in another order.
     assert!(off(stamp.target_shown_mm, wanted) < 1e-6, "{stamp:?}: {wanted:?}");
     assert!(off(stamp.target_shown_mm, stamp.target_mm) > 1.0, "{stamp:?}");
+    assert_eq!(stamp.target, TargetShown::Model.code());
 
     // A person may want the examination as it was taken, and back.
     for (wish, shown) in [("rest", TissueShown::Rigid), ("moved", TissueShown::Settled)] {

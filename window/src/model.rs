@@ -13,7 +13,7 @@ mod steps;
 pub use cells::{Cell, cells};
 pub use facts::{Facts, facts};
 pub use replay::{ReplayModel, at_ns, replay};
-pub use sight::{Aimed, Whereabouts, aimed};
+pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
 pub use steps::{Rung, StepsModel, steps};
 
@@ -98,13 +98,19 @@ impl Known<'_> {
     }
 }
 
-/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else that of the newest pose.
+/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else the slice of the newest pose.
 pub(crate) fn sighted(scene: &Scene, headers: &[Option<FrameHeader>]) -> Option<FrameHeader> {
     let views = scene.views.iter().zip(headers);
     let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
+    // Overviews have organs at rest, and no slice.
+    let slices = scene
+        .views
+        .iter()
+        .zip(headers)
+        .filter(|(view, _)| view.plane != Plane::Surface);
     let newest = || {
-        let headers = headers.iter().flatten();
-        headers.max_by_key(|header| header.stamp.t_capture_ns).copied()
+        let headers = slices.filter_map(|(_, header)| *header);
+        headers.max_by_key(|header| header.stamp.t_capture_ns)
     };
     across.find_map(|(_, header)| *header).or_else(newest)
 }

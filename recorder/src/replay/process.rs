@@ -1,25 +1,25 @@
 //! The replayer's process: reads the recording, drives the transport, publishes.
 
 mod answer;
+mod beside;
 mod organs;
 mod outlet;
 mod place;
+mod send;
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
-use bus::lockstep::{Lockstep, TRACKER};
+use bus::lockstep::Lockstep;
 use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, TissueHeader, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
 use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE, TISSUE_ASKED};
 
 use super::Speed;
-use super::bar::Bar;
 use super::choices::Choices;
-use super::heads::Heads;
 use super::images::{Images, ImagesError};
 use super::lead::Judge;
 use super::moment::Moments;
@@ -29,6 +29,7 @@ use super::transport::{Act, Control, Transport};
 use crate::read::damage::OpenError;
 use crate::replay::account::AccountError;
 use crate::report::basis::Limits;
+use beside::Reading;
 use organs::Organs;
 use outlet::{Outlet, UsOutlet};
 
@@ -41,10 +42,6 @@ const LOOK_UP: Duration = Duration::from_millis(10);
 const NEXT_LOOK: Duration = Duration::from_micros(100);
 /// A sleep ends late by some tens of microseconds: the last of a wait is spent awake.
 const AWAKE: Duration = Duration::from_micros(150);
-/// What is only read beside the replay begins when the first pose has gone out, or this long after the start.
-const BESIDE: Duration = Duration::from_millis(500);
-/// How long the tracker may take for a pose, a restart of it included.
-const MAKING: Duration = Duration::from_secs(10);
 
 /// What is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,13 +109,6 @@ pub enum ReplayError {
         /// The hash of the one that is loaded.
         loaded: String,
     },
-}
-
-/// What reads the recording beside the replay.
-struct Reading {
-    heads: Heads,
-    /// Where a window shows a bar.
-    bar: Option<Bar>,
 }
 
 /// A replay that is going.
@@ -319,143 +309,6 @@ impl<'a> Replayer<'a> {
             // Also while no pose comes.
             self.choose(self.transport.law().at(now))?;
         }
-        Ok(())
-    }
-
-    /// Begins to read beside the replay, once the first image waits for nothing of it.
-    fn read_beside(&mut self, now_ns: i64, limits: Limits) {
-        if self.beside.is_some() || (self.published == 0 && now_ns - self.began_ns < clock::ns(BESIDE)) {
-            return;
-        }
-        let recording = &self.options.recording;
-        self.beside = Some(Reading {
-            heads: Heads::begin(recording),
-            bar: self.timelines.is_some().then(|| Bar::begin(recording, limits)),
-        });
-    }
-
-    fn tell_timeline(&mut self) -> Result<(), BusError> {
-        let (Some(timelines), Some(Reading { bar: Some(bar), .. })) = (&self.timelines, &self.beside) else {
-            return Ok(());
-        };
-        timelines.serve_late_joiners();
-        bar.news().map_or(Ok(()), |timeline| timelines.send(*timeline))
-    }
-
-    /// Says once what cannot be read of the recording.
-    fn say_unread(&mut self) {
-        let unread = self.unread();
-        if unread.len() == self.said.len() {
-            return;
-        }
-        for words in unread.iter().filter(|words| !self.said.contains(words)) {
-            bus::stderr_line!("replay: {}, {words}: left out", self.options.recording.display());
-        }
-        self.said = unread;
-    }
-
-    /// What cannot be read of the recording, in words.
-    fn unread(&self) -> Vec<String> {
-        let heads = self.beside.as_ref().map(|beside| beside.heads.found());
-        [self.tape.unread(), self.unread.clone(), heads.unwrap_or_default()].concat()
-    }
-
-    /// Tells what a person had chosen by `now_ns`.
-    fn choose(&mut self, now_ns: i64) -> Result<(), BusError> {
-        self.choices
-            .due(now_ns)
-            .into_iter()
-            .try_for_each(|guide| self.guides.send(guide))
-    }
-
-    /// Everybody must know the clock before the pose that it holds for.
-    fn tell(&mut self) -> Result<(), BusError> {
-        let law = self.transport.message();
-        if self.told != Some(law) {
-            self.laws.send(law)?;
-            self.told = Some(law);
-        }
-        Ok(())
-    }
-
-    fn publish(&mut self, process: &Process) -> Result<(), ReplayError> {
-        let Some(moment) = self.tape.take() else { return Ok(()) };
-        let is_unknown = self.asked.is_some() && moment.tissue.is_none();
-        if is_unknown || !self.outlet.takes(&moment) {
-            let counted = match is_unknown {
-                true => &mut self.without_state,
-                false => &mut self.without_frames,
-            };
-            *counted += 1;
-            if self.transport.state() == ReplayState::Paused {
-                // Who asked for the next pose is shown the next that there is.
-                self.transport.control(Control::Step, monotonic_ns());
-            }
-            return Ok(());
-        }
-        if self.options.frames.is_none() {
-            self.judge.take(&moment.pose);
-        }
-        let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
-        if waits {
-            self.lockstep.expect(moment.pose.seq, moment.pose.t_capture_ns)?;
-            self.unpictured = Some(moment.pose);
-        } else if let Some(when) = self.transport.law().when(moment.due_ns()) {
-            self.timing.saw(monotonic_ns().saturating_sub(when));
-        }
-        self.choose(moment.due_ns())?;
-        // Before its pose: who draws that has it then.
-        if let (Some(organs), Some(state)) = (&mut self.organs, &moment.tissue) {
-            organs.send(state)?;
-        }
-        if let (Some(asked), Some(state)) = (&self.asked, &moment.tissue) {
-            asked.send(state.header)?;
-        }
-        self.outlet.send(&moment)?;
-        for truth in &moment.truths {
-            self.truths.send(*truth)?;
-        }
-        self.images_of_probe.send(&process.bus, &moment.images)?;
-        self.published += 1;
-        self.published_ns = monotonic_ns();
-        self.last = Some(moment.pose);
-        Ok(())
-    }
-
-    /// Whether something is made again of what is replayed: in order, as it was then.
-    fn makes_again(&self) -> bool {
-        self.options.frames.is_some() || self.asked.is_some()
-    }
-
-    /// A tracker that has made no pose of a frame for long will not make one: the replay goes on without.
-    fn lose_patience(&mut self) {
-        if self.lockstep.missing() != Some(TRACKER) || monotonic_ns() - self.published_ns < clock::ns(MAKING) {
-            return;
-        }
-        if self.unanswered == 0 {
-            let seq = self.last.map_or(0, |pose| pose.seq);
-            bus::stderr_line!(
-                "replay: the tracker makes no pose of frame {seq}; this and further ones are only counted"
-            );
-        }
-        self.unanswered += 1;
-        self.unpictured = None;
-        self.lockstep.forget();
-    }
-
-    /// Pictures are taken of poses that every view has drawn.
-    fn picture(&mut self, process: &mut Process) -> Result<(), ReplayError> {
-        // Where poses are made again, it is the new one.
-        let Some(recorded) = self.unpictured.take() else {
-            return Ok(());
-        };
-        let pose = self.lockstep.made().unwrap_or(recorded);
-        if self.options.frames.is_some() {
-            self.judge.take(&pose);
-        }
-        let (pose, _) = self.judge.judged(pose);
-        let Some(images) = &mut self.images else { return Ok(()) };
-        images.pose(&pose, &mut || process.beat(ProcessState::Ready, "taking pictures"))?;
         Ok(())
     }
 

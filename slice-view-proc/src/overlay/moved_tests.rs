@@ -1,6 +1,6 @@
 //! Targets in an organ that a model has moved.
 
-use bus::message::{Chosen, TissueShown};
+use bus::message::{Chosen, TargetShown, TissueShown};
 use geometry::{Affine, Point, Rigid, Vector, VolumeGrid};
 
 use super::*;
@@ -136,12 +136,64 @@ fn a_target_goes_as_the_quadratic_map_of_its_cube_does() {
 }
 
 #[test]
+fn a_place_beside_all_cubes_goes_with_the_nearest_one_up_to_half_its_side() {
+    let cube = |low: [f64; 3], side: f64, first: u32| Cube {
+        low,
+        side,
+        nodes: std::array::from_fn(|k| first + k as u32),
+    };
+    // A large cube and a small one beside it, moved apart from one another; a region that reaches beyond both.
+    let cubes = [cube([0.0; 3], 20.0, 0), cube([20.0, 0.0, 0.0], 10.0, 27)];
+    let region = Region::new([-40.0; 3], 80.0, [2; 3], vec![-1.0; 8]).unwrap();
+    let shape = Shape::new(&cubes, 54, region, 5.0).unwrap();
+    let places: Vec<[f32; 3]> = (0..54)
+        .map(|n| {
+            let (cube, k) = (&cubes[n / 27], n % 27);
+            let at = [k % 3, k / 3 % 3, k / 9];
+            let moved = if n < 27 { 1.0 } else { -2.0 };
+            std::array::from_fn(|a| (cube.low[a] + 0.5 * cube.side * at[a] as f64 + moved) as f32)
+        })
+        .collect();
+    let found = |at: [f64; 3]| shape.moved(&places, at).map(|[x, ..]| x - at[0]);
+    for (at, by) in [
+        ([3.0, 4.0, 5.0], Some(1.0)),
+        ([27.0, 9.0, 1.0], Some(-2.0)),
+        // 3 mm above the large cube, and 4 mm beyond the small one.
+        ([10.0, 10.0, 23.0], Some(1.0)),
+        ([34.0, 5.0, 5.0], Some(-2.0)),
+        // Half a side is the most: 10 mm of the one, 5 mm of the other.
+        ([10.0, 10.0, 30.5], None),
+        ([35.5, 5.0, 5.0], None),
+    ] {
+        let off = found(at).map_or(0.0, |found| (found - by.unwrap_or(f64::NAN)).abs());
+        assert!(
+            found(at).is_some() == by.is_some() && off < 1e-4,
+            "{at:?}: {:?}",
+            found(at)
+        );
+    }
+}
+
+#[test]
 fn what_no_moved_organ_holds_stays_where_it_is() {
     let (beside, places) = organ([50.0, 80.0, 50.0], |_| [9.0; 3]);
-    for tissue in [settled(&beside, &places), Tissues::rigid(), Tissues::default()] {
+    let all = [
+        (
+            settled(&beside, &places),
+            TargetShown::Beside,
+            "far 20.0 mm, NOT IN THE MODEL",
+        ),
+        (Tissues::rigid(), TargetShown::AtRest, "ORGANS AT REST"),
+        (Tissues::default(), TargetShown::Planned, "far 20.0 mm"),
+    ];
+    for (tissue, shown, wanted) in all {
+        assert_eq!(tissue.target(Point::new(70.0, 50.0, 50.0)).1, shown);
         of_far(tissue, |overlay| {
             let said = words(overlay);
-            assert!(said.contains("far 20.0 mm") && !said.contains("AT REST 20"), "{said}");
+            assert!(
+                said.contains("far 20.0 mm") && said.contains(wanted) && !said.contains("AT REST 20"),
+                "{said}"
+            );
             let mut canvas = Canvas::new(overlay.view.size[0], overlay.view.size[1]);
             let before = canvas.rgba().to_vec();
             overlay.draw_places_at_rest(&mut canvas);

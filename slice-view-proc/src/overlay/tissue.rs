@@ -63,7 +63,11 @@ impl Overlay<'_> {
 
     /// A small cross where a target is at rest, near the plane, and a thin line from there to where the model has it.
     pub(super) fn draw_places_at_rest(&self, canvas: &mut Canvas) {
-        let chosen = self.chosen.map(|chosen| chosen.centre);
+        let listed = |centre: Point<Ct>| self.targets.iter().any(|target| target.centre == centre);
+        let chosen = self
+            .chosen
+            .map(|chosen| chosen.centre)
+            .filter(|centre| !listed(*centre));
         for at_rest in self.targets.iter().map(|target| target.centre).chain(chosen) {
             let (from, to) = (self.circle(at_rest, 0.0), self.circle(self.place(at_rest), 0.0));
             let away = (to.at[0] - from.at[0]).hypot(to.at[1] - from.at[1]);
@@ -75,7 +79,10 @@ impl Overlay<'_> {
             let line = self.line(palette::TARGET, 1.0, false);
             canvas.line([x - r, y - r], [x + r, y + r], line);
             canvas.line([x - r, y + r], [x + r, y - r], line);
-            canvas.line(from.at, to.at, line);
+            // Over other anatomy than the target's a line would mislead.
+            if self.is_seen(&to) {
+                canvas.line(from.at, to.at, line);
+            }
         }
     }
 

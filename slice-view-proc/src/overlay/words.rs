@@ -1,7 +1,7 @@
 //! What stands on an image in words, in the order of its importance, and where each may stand.
 
 use bus::clock;
-use bus::message::Marks;
+use bus::message::{Marks, TargetShown};
 use geometry::{Point, Tool};
 use picture::{Anchor, Rgb, palette};
 use scene::{Drawn, Extent, SlabMode, View};
@@ -16,6 +16,8 @@ use geometry::letters;
 pub(crate) const SMALLEST_WITH_WORDS: u32 = 192;
 /// The smallest scale of words: type of 12 then has 9 pixels.
 const SMALLEST_UNIT: f64 = 0.75;
+/// A target that a model has moved by less than this has no word of it beside its name, mm.
+const LEAST_MOVED_MM: f64 = 0.5;
 /// The first line of a corner, and from one line to the next.
 const FIRST: f64 = 15.0;
 const STEP: f64 = 17.0;
@@ -428,14 +430,18 @@ impl Overlay<'_> {
         }
     }
 
-    /// A target's name beside it, with its distance where the plane misses it. Above its right first: the tube comes from the
+    /// A target's name beside it, with its distance where the plane misses it, and how far a model has moved it: along the tube no image across shows that. Above its right first: the tube comes from the
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
-        let (name, reach, outline) = (&outline.target.name, outline.reach_px, &outline.circle);
-        let text = match outline.cut {
+        let (target, reach, outline) = (outline.target, outline.reach_px, &outline.circle);
+        let (name, moved_mm) = (&target.name, self.place(target.centre).distance(target.centre));
+        let mut text = match outline.cut {
             true => name.clone(),
             false => format!("{name} {:+.1} mm", outline.depth_mm),
         };
+        if moved_mm >= LEAST_MOVED_MM {
+            text += &format!(", MOVED {moved_mm:.1} mm");
+        }
         let ([x, y], u) = (outline.at, self.word_unit());
         let (reach, lift) = (reach, reach + 6.0 * u);
         let beside = reach + 4.0 * u;
@@ -456,11 +462,13 @@ impl Overlay<'_> {
     /// other takes its place, however near.
     fn chosen_words(&self) -> Option<String> {
         let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
-        let (place, name) = (self.place(chosen.centre), &chosen.name);
-        let [now, at_rest] = [place, chosen.centre].map(|place| place.distance(tip));
-        Some(match place == chosen.centre {
-            true => format!("{name} {now:.1} mm"),
-            false => format!("{name} {now:.1} mm, AT REST {at_rest:.1} mm"),
+        let (name, (place, shown)) = (&chosen.name, self.tissue.target(chosen.centre));
+        let [now, planned] = [place, chosen.centre].map(|place| place.distance(tip));
+        Some(match shown {
+            TargetShown::Model | TargetShown::NotSettled => format!("{name} {now:.1} mm, AT REST {planned:.1} mm"),
+            TargetShown::Beside => format!("{name} {planned:.1} mm, {}", shown.words()),
+            // That organs are at rest stands on the image by itself.
+            TargetShown::None | TargetShown::Planned | TargetShown::AtRest => format!("{name} {planned:.1} mm"),
         })
     }
 }

@@ -7,9 +7,8 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Chosen, FrameStamp, ToolPose, Tracked};
+use bus::message::{Chosen, FrameStamp, TargetShown, ToolPose, Tracked};
 use bus::process::Process;
-use geometry::{Ct, Point};
 use scene::{Plane, Scene};
 
 use super::{RunError, SliceView};
@@ -32,7 +31,10 @@ pub(super) struct Awaited {
 /// # Errors
 /// [`BusError::Open`].
 pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, BusError> {
-    let spec = process.scene.tissue.as_ref().filter(|_| plane != Plane::Surface);
+    // No states come from another machine: its organs are at rest here, and images say so without waiting for any.
+    let is_remote = process.session.is_remote();
+    let spec = process.scene.tissue.as_ref();
+    let spec = spec.filter(|_| plane != Plane::Surface && !is_remote);
     let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
     spec.map(open).transpose()
 }
@@ -148,10 +150,12 @@ pub(super) fn stamped(
     tissue: Option<&Tissue>,
     (shown, chosen): (&Tissues<'_>, Option<&Chosen>),
 ) -> FrameStamp {
-    let target = |place: &dyn Fn(&Chosen) -> Point<Ct>| chosen.map_or([0.0; 3], |chosen| place(chosen).mm());
+    let target = chosen.map(|chosen| shown.target(chosen.centre));
+    let (place, whereabouts) = target.map_or(([0.0; 3], TargetShown::None), |(place, shown)| (place.mm(), shown));
     FrameStamp {
-        target_mm: target(&|chosen| chosen.centre),
-        target_shown_mm: target(&|chosen| shown.place(chosen.centre)),
+        target_mm: chosen.map_or([0.0; 3], |chosen| chosen.centre.mm()),
+        target_shown_mm: place,
+        target: whereabouts.code(),
         tissue: shown.shown.code(),
         tissue_seq: shown.seq,
         tissue_mesh: tissue.map_or(0, Tissue::mesh),

@@ -113,17 +113,17 @@ impl Shape {
     /// cubes with hardly any tissue are left out of a mesh; `None` farther than half its side.
     pub fn moved(&self, places: &[[f32; 3]], at: [f64; 3]) -> Option<[f64; 3]> {
         let lattice: [f64; 3] = std::array::from_fn(|a| (at[a] - self.origin[a]) / self.piece_mm);
+        // In pieces; 0 inside.
         let outside = |cube: &Placed| {
-            let along = |a: usize| (lattice[a] - f64::from(cube.corner[a])) / f64::from(cube.span);
-            (0..3).map(|a| (-along(a)).max(along(a) - 1.0)).fold(0.0, f64::max)
+            let along = |a: usize| lattice[a] - f64::from(cube.corner[a]);
+            let beyond = |a: usize| (-along(a)).max(along(a) - f64::from(cube.span));
+            (0..3).map(beyond).fold(0.0, f64::max)
         };
+        let far = || self.cubes.iter().map(|cube| (cube, outside(cube)));
         // On a face that cubes share each of them has the same place.
-        let (cube, off) = self
-            .cubes
-            .iter()
-            .map(|cube| (cube, outside(cube)))
-            .min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if off > MOST_OUTSIDE {
+        let inside = far().find(|(_, off)| *off == 0.0);
+        let (cube, off) = inside.or_else(|| far().min_by(|a, b| a.1.total_cmp(&b.1)))?;
+        if off > MOST_OUTSIDE * f64::from(cube.span) {
             return None;
         }
         let local = [0, 1, 2].map(|a| weights((lattice[a] - f64::from(cube.corner[a])) / f64::from(cube.span)));

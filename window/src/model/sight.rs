@@ -1,9 +1,10 @@
 //! The sight on the chosen target, of the very pose that the images show.
 
 use bus::gather::PoseId;
-use bus::message::{Chosen, FrameHeader, FrameStamp, FrameState, TissueShown, ToolPose, Tracked, Workflow};
+use bus::message::{Chosen, FrameHeader, FrameStamp, FrameState, TargetShown, ToolPose, Tracked, Workflow};
 use geometry::{Ct, Direction, Point, checked};
 use guidance::sight::{Aim, Covariance, NoSight, Pose, Sight, SightAxes, Thresholds, ToolShape, sight};
+use scene::Scene;
 
 use super::state::other_recording;
 use super::{Known, ScreenState};
@@ -13,35 +14,13 @@ const CORRIDOR_MM: f64 = 10.0;
 /// The axis may be so far off the planned direction while it advances, rad: 5 degrees.
 const ALIGN_RAD: f64 = 0.087;
 
-/// Where the target is that the sight aims at: where the image beside it has it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Whereabouts {
-    /// As planned, in a run that moves no organs, or at rest outside of those that it moves.
-    Planned,
-    /// Where a model has the organ that it lies in.
-    Model,
-    /// As planned, while organs are shown at rest though the run moves them: it may be elsewhere.
-    AtRest,
-}
-
-impl Whereabouts {
-    /// What stands beside the target's name.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Planned => "",
-            Self::Model => "MODEL",
-            Self::AtRest => "ORGANS AT REST",
-        }
-    }
-}
-
 /// The sight with what it aims at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Aimed {
     /// The target, with its entry and stop; its centre is where the image beside has it.
     pub target: Chosen,
     /// Where that is.
-    pub whereabouts: Whereabouts,
+    pub whereabouts: TargetShown,
     /// What is shown of the pose.
     pub sight: Sight,
     /// The pose that it is of.
@@ -74,9 +53,9 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
     }
     let pose = known.pose_of(&header);
     let pose = pose.ok_or("the pose of the images has not come")?;
-    let (centre, whereabouts) = shown(&header.stamp, target.centre)?;
+    let (centre, whereabouts) = shown(known.scene, &header.stamp, target.centre)?;
     let target = Chosen { centre, ..target };
-    let sight = of_pose(pose, &header, &target)?;
+    let sight = of_pose(pose, &header, &target, whereabouts)?;
     Ok(Aimed {
         target,
         whereabouts,
@@ -86,33 +65,38 @@ pub fn aimed(known: &Known<'_>, state: &ScreenState) -> Result<Aimed, String> {
 }
 
 /// Where the image of a stamp has the chosen target.
-fn shown(stamp: &FrameStamp, planned: Point<Ct>) -> Result<(Point<Ct>, Whereabouts), String> {
-    let tissue =
-        TissueShown::from_code(stamp.tissue).ok_or("what the image beside it shows of the tissue is not known")?;
-    if tissue == TissueShown::None {
-        return Ok((planned, Whereabouts::Planned));
+fn shown(scene: &Scene, stamp: &FrameStamp, planned: Point<Ct>) -> Result<(Point<Ct>, TargetShown), String> {
+    if scene.tissue.is_none() {
+        return Ok((planned, TargetShown::Planned));
     }
-    if stamp.target_mm != planned.mm() {
+    let whereabouts = TargetShown::from_code(stamp.target).filter(|shown| *shown != TargetShown::Planned);
+    let whereabouts = whereabouts.ok_or("the image beside it does not say where it has the target")?;
+    if whereabouts == TargetShown::None || stamp.target_mm != planned.mm() {
         return Err("the image beside it does not show this target yet".to_owned());
     }
     let centre = checked::point(stamp.target_shown_mm).map_err(|e| e.to_string())?;
-    let whereabouts = match tissue {
-        TissueShown::Settled | TissueShown::Approximate if stamp.target_shown_mm != stamp.target_mm => {
-            Whereabouts::Model
-        }
-        TissueShown::Settled | TissueShown::Approximate => Whereabouts::Planned,
-        _ => Whereabouts::AtRest,
-    };
     Ok((centre, whereabouts))
 }
 
-fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sight, String> {
+/// Whether nobody knows how far off the target's place is: a model's error is not told, and organs that are shown at rest may be elsewhere.
+fn is_uncertain(whereabouts: TargetShown) -> bool {
+    match whereabouts {
+        TargetShown::None | TargetShown::Planned | TargetShown::Beside => false,
+        TargetShown::Model | TargetShown::NotSettled | TargetShown::AtRest => true,
+    }
+}
+
+fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen, whereabouts: TargetShown) -> Result<Sight, String> {
     let ct_from_tool = match pose.tracked() {
         Ok(Tracked::Valid(pose)) => pose,
         Ok(Tracked::Lost(reason)) => return Err(reason.words().to_owned()),
         Err(error) => return Err(error.to_string()),
     };
-    let covariance = covariance(pose);
+    // No verdict but that the error is not known.
+    let covariance = match is_uncertain(whereabouts) {
+        true => Covariance::Missing,
+        false => covariance(pose),
+    };
     let tool = ToolShape {
         tip_in_tool: Point::new(0.0, 0.0, 0.0),
         axis_in_tool: Direction::Z,
@@ -120,7 +104,8 @@ fn of_pose(pose: &ToolPose, header: &FrameHeader, target: &Chosen) -> Result<Sig
     let aim = Aim {
         target: target.centre,
         radius_mm: target.radius_mm,
-        entry: target.entry,
+        // The way to a place that has moved is not the planned one: nobody is led off that to it.
+        entry: target.entry.filter(|_| !whereabouts.is_moved()),
         stop_mm: target.stop_mm,
     };
     let thresholds = Thresholds {

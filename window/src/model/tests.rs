@@ -5,7 +5,7 @@ mod facts;
 use super::sample::{CAPTURED_NS, Sample, VOLUME, pose, workflow};
 use super::*;
 use bus::gather::PoseId;
-use bus::message::{FrameState, Lost, TissueShown, Tracked, VolumeHash};
+use bus::message::{Chosen, FrameState, Guide, Lost, TargetShown, Tracked, VolumeHash};
 use geometry::{Direction, Point, Tool};
 use guidance::sight::Verdict;
 use guidance::workflow::Stage;
@@ -434,43 +434,63 @@ proptest! {
 }
 
 /// The sample in a run that moves organs, whose images have the target there.
-fn moved(tissue: TissueShown, by: [f64; 3]) -> Result<Aimed, String> {
+fn moved(target: TargetShown, by: [f64; 3]) -> Result<Aimed, String> {
     let mut sample = sample();
+    sample.scene = organs_move();
     let chosen = sample.guide.as_ref().unwrap().chosen().unwrap().unwrap();
-    let at_rest = chosen.centre.mm();
+    let chosen = Chosen {
+        entry: Some(Point::new(10.0, -5.0, 0.0)),
+        ..chosen
+    };
+    sample.guide = Some(Guide::default().choosing(Some(&chosen), 1));
+    let planned = chosen.centre.mm();
     for header in sample.headers.iter_mut().flatten() {
-        header.stamp.tissue = tissue.code();
-        header.stamp.target_mm = at_rest;
-        header.stamp.target_shown_mm = std::array::from_fn(|a| at_rest[a] + by[a]);
+        header.stamp.target = target.code();
+        header.stamp.target_mm = planned;
+        header.stamp.target_shown_mm = std::array::from_fn(|a| planned[a] + by[a]);
     }
     sample.model().sight
+}
+
+fn organs_move() -> Scene {
+    Scene::parse(
+        "[tissue]\norgans = \"kidney.toml\"\nlate_ms = 30",
+        std::path::Path::new(""),
+    )
+    .unwrap()
 }
 
 #[test]
 fn the_sight_aims_where_the_image_beside_it_has_the_target_and_says_whose_place_that_is() {
     let planned = sample().model().sight.unwrap();
-    assert_eq!(planned.whereabouts, Whereabouts::Planned);
+    assert_eq!(planned.whereabouts, TargetShown::Planned);
     let axis = (pose([0.3, 0.9, 0.1], [10.0, -5.0, 70.0]) * Direction::<Tool>::Z).vector();
-    let towards = axis.mm().map(|x| -12.0 * x);
-    let aimed = moved(TissueShown::Settled, towards).unwrap();
-    assert_eq!(aimed.whereabouts, Whereabouts::Model);
+    let back = |mm: f64| axis.mm().map(|x| -mm * x);
+    let aimed = moved(TargetShown::Model, back(12.0)).unwrap();
     assert!((aimed.sight.to_go_mm - 18.0).abs() < 1e-9, "{aimed:?}");
-    // In an organ that stays where it is, or in none.
-    let still = moved(TissueShown::Settled, [0.0; 3]).unwrap();
-    assert_eq!((still.whereabouts, still.sight), (Whereabouts::Planned, planned.sight));
-    for tissue in [
-        TissueShown::Late,
-        TissueShown::CatchingUp,
-        TissueShown::Refused,
-        TissueShown::Rigid,
+    // The planned way does not lead there, and nothing is said of it.
+    assert!(aimed.sight.line.is_none());
+    assert!(moved(TargetShown::Beside, [0.0; 3]).unwrap().sight.line.is_some());
+    // Arrived by the pose's own error: only where the target's place is as well known as the plan's.
+    for (target, verdict) in [
+        (TargetShown::Model, Verdict::ErrorUnknown),
+        (TargetShown::NotSettled, Verdict::ErrorUnknown),
+        (TargetShown::AtRest, Verdict::ErrorUnknown),
+        (TargetShown::Beside, Verdict::OnTarget),
     ] {
-        assert_eq!(moved(tissue, [0.0; 3]).unwrap().whereabouts, Whereabouts::AtRest);
+        let aimed = moved(target, back(30.0)).unwrap();
+        assert_eq!((aimed.whereabouts, aimed.sight.verdict), (target, verdict));
     }
-    assert!(moved(TissueShown::Settled, [f64::NAN, 0.0, 0.0]).is_err());
+    assert!(moved(TargetShown::Model, [f64::NAN, 0.0, 0.0]).is_err());
+    // Images that say nothing of it, in a run that moves organs.
+    for silent in [TargetShown::None, TargetShown::Planned] {
+        assert!(moved(silent, [0.0; 3]).is_err(), "{silent:?}");
+    }
     // A target that was chosen after the image was drawn.
     let mut other = sample();
+    other.scene = organs_move();
     for header in other.headers.iter_mut().flatten() {
-        header.stamp.tissue = TissueShown::Settled.code();
+        header.stamp.target = TargetShown::Model.code();
         header.stamp.target_mm = [1.0; 3];
     }
     assert!(other.model().sight.unwrap_err().contains("this target yet"));

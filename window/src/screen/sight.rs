@@ -9,6 +9,7 @@ pub(super) mod readout;
 
 use std::f32::consts::TAU;
 
+use bus::message::TargetShown;
 use egui::{Align2, Color32, Id, Pos2, Rect, Role, Shape, Stroke, Ui, pos2, vec2};
 use guidance::sight::{Ellipse, Sight};
 use picture::palette;
@@ -16,7 +17,7 @@ use picture::palette;
 use super::tree;
 use super::words::{Type, UNREADABLE, Words, colour, has_letters};
 use crate::colours;
-use crate::model::{Aimed, Model, Tone, Whereabouts};
+use crate::model::{Aimed, Model, Tone};
 use crate::sizes::{ADVANCE, Sizes};
 pub use dial::Dial;
 
@@ -96,12 +97,14 @@ fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
         true => &aimed.target.name,
         false => UNREADABLE,
     };
-    let title = format!("{}  {name}  {}", aimed.sight.phase.word(), aimed.whereabouts.words());
+    // Whose place it is comes before a name that may be long.
+    let title = [aimed.sight.phase.word(), aimed.whereabouts.words(), name];
+    let title: Vec<&str> = title.into_iter().filter(|word| !word.is_empty()).collect();
     let ink = match aimed.whereabouts {
-        Whereabouts::Planned | Whereabouts::Model => colours::of(palette::TARGET),
-        Whereabouts::AtRest => colour(Tone::Warning),
+        TargetShown::NotSettled | TargetShown::AtRest => colour(Tone::Warning),
+        _ => colours::of(palette::TARGET),
     };
-    words.put(ui, rooms.title, title.trim_end(), plain(ink, Align2::LEFT_CENTER));
+    words.put(ui, rooms.title, &title.join("  "), plain(ink, Align2::LEFT_CENTER));
     readout::verdict(ui, aimed.sight.verdict, rooms.verdict, sizes, words);
     rings(ui, &rooms, sizes, words);
     aim(ui, aimed, rooms.sight, line);

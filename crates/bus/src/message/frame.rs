@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::images::{CENTRE_HU, FIELD_MM, WIDTH_HU};
-use super::{Lost, TissueShown, VolumeHash};
+use super::{Lost, TargetShown, TissueShown, VolumeHash};
 use crate::clock;
 use geometry::SlicePlane;
 use geometry::checked::{self, DoorError};
@@ -49,15 +49,14 @@ pub struct FrameStamp {
     pub tissue_seq: u64,
     /// Its mesh: the first eight bytes of its id; 0 where none is known.
     pub tissue_mesh: u64,
-    /// The chosen target's centre, mm in the CT, as it was planned, and where the image has it: elsewhere where it lies in an organ that a model has moved. Both
-    /// zero where none is chosen.
+    /// The chosen target's centre, mm in the CT, as it was planned, and where the image has it; both zero where none is chosen.
     pub target_mm: [f64; 3],
     /// See `target_mm`.
     pub target_shown_mm: [f64; 3],
     /// Code of a [`super::TissueShown`]: what of the tissue the image shows.
     pub tissue: u32,
-    /// Always 0.
-    pub spare: u32,
+    /// Code of a [`TargetShown`]: where the image has the chosen target.
+    pub target: u32,
 }
 
 const _: () = assert!(size_of::<FrameStamp>() == 184 && align_of::<FrameStamp>() == 8);
@@ -175,7 +174,7 @@ impl FrameStamp {
             texts.push(("tissue_seq", self.tissue_seq.to_string()));
             texts.push(("tissue_mesh", format!("{:016x}", self.tissue_mesh)));
         }
-        if self.target_shown_mm != self.target_mm {
+        if TargetShown::from_code(self.target).is_some_and(TargetShown::is_moved) {
             let [x, y, z] = self.target_shown_mm;
             texts.push(("target_moved_to_mm", format!("{x:.3} {y:.3} {z:.3}")));
         }

@@ -83,6 +83,62 @@ pub enum TissueShown {
     Rigid,
 }
 
+/// Where an image has the chosen target.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum TargetShown {
+    /// None is chosen.
+    #[default]
+    None,
+    /// As planned: the scene moves no organs.
+    Planned,
+    /// Where a settled state has the organ that it lies in.
+    Model,
+    /// The same, of a state that is not settled; or as planned, in no organ of such a state.
+    NotSettled,
+    /// As planned, beside organs that a settled state has moved: it lies in none of them, and the model does not move it.
+    Beside,
+    /// As planned, while organs that move are shown at rest: it may be elsewhere.
+    AtRest,
+}
+
+impl TargetShown {
+    const ALL: [Self; 6] = [
+        Self::None,
+        Self::Planned,
+        Self::Model,
+        Self::NotSettled,
+        Self::Beside,
+        Self::AtRest,
+    ];
+
+    /// The code on the wire.
+    pub const fn code(self) -> u32 {
+        self as u32
+    }
+
+    /// What has this code.
+    pub fn from_code(code: u32) -> Option<Self> {
+        Self::ALL.get(code as usize).copied()
+    }
+
+    /// Whether a model has it elsewhere than it was planned.
+    pub fn is_moved(self) -> bool {
+        matches!(self, Self::Model | Self::NotSettled)
+    }
+
+    /// What stands beside its name.
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::None | Self::Planned => "",
+            Self::Model => "MODEL",
+            Self::NotSettled => "MODEL NOT SETTLED",
+            Self::Beside => "NOT IN THE MODEL",
+            Self::AtRest => "ORGANS AT REST",
+        }
+    }
+}
+
 /// Why a state is none.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TissueError {

@@ -13,6 +13,8 @@ use crate::space::term::{DEEPEST_PART, depth_or_all};
 /// Points nearer than this part of the least radius must take part; all up to the second one are taken when some new one comes near.
 const NEAR_PART: f64 = 0.15;
 const REACH_PART: f64 = 0.5;
+/// Parts of steps sum to one up to so much rounding.
+const WHOLE_ROUNDING: f64 = 1e-9;
 /// How often points that turn out to be deep are taken in anew.
 const MOST_TRIES: usize = 4;
 
@@ -34,6 +36,11 @@ impl Contact {
     /// Steps made in all.
     pub(super) fn steps(&self) -> usize {
         self.local.steps
+    }
+
+    /// Whether the step found last is a whole one; else no step, or a part of one, was all that was found.
+    pub(super) fn is_whole(&self) -> bool {
+        self.local.part > 1.0 - WHOLE_ROUNDING
     }
 
     /// The farthest that a point is from where it may be, mm: in the tube or bone, or off it while it presses.

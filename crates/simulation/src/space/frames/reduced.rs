@@ -65,6 +65,8 @@ pub(super) struct Reduced {
     /// Stress by length.
     stiffness: f64,
     pressed: Pressed,
+    /// How much of the step without contact is in the step found last: all of it, where one was found.
+    pub(super) part: f64,
     /// Steps made in all.
     pub(super) steps: usize,
 }
@@ -154,6 +156,7 @@ impl Reduced {
         let (count, mean) = (problem.len(), problem.near.mean());
         // Points that nothing moves have nothing to solve for.
         if !(mean > 0.0 && mean.is_finite()) {
+            self.part = 1.0;
             return (mean == 0.0).then(|| Pushed::none(3 * count, 1.0));
         }
         // A stiffness of contact in the scale of what it presses: as soft as rounding lets it converge, as stiff as few rounds need.
@@ -181,6 +184,7 @@ impl Reduced {
             last = change;
             at = self.evaluate(problem, at.step);
         }
+        self.part = at.step.part;
         at.step.forces.iter().all(|g| g.is_finite()).then_some(at.step)
     }
 

@@ -152,10 +152,13 @@ impl Frames {
     pub(super) fn unsettled(&mut self) -> f64 {
         let mut v = Vec::new();
         self.contact.touches.take(&self.now.a, &mut v);
-        let wanted = self.wanted(LAST_PART * self.settings.tolerance, LAST_PART * self.settings.depth);
         let tube = self.now.tube.clone();
-        let Ok((step, _)) = self.whole(&tube, &v, &wanted) else {
-            return f64::INFINITY;
+        // The scale may be of a way that was given up.
+        self.balance(&tube, &v);
+        let wanted = self.wanted(LAST_PART * self.settings.tolerance, LAST_PART * self.settings.depth);
+        let step = match self.whole(&tube, &v, &wanted) {
+            Ok((step, _)) if self.contact.is_whole() => step,
+            _ => return f64::INFINITY,
         };
         let next: Vec<f64> = self.now.a.iter().zip(&step).map(|(a, step)| a + step).collect();
         MARGIN * self.others.apart(&self.system, &self.now.a, &next)

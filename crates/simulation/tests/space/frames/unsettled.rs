@@ -91,8 +91,10 @@ fn what_is_left_of_a_ball_is_that_of_tissue_about_to_slip_and_not_of_nodes_outsi
     let (mut most, mut nodes) = (0.0_f64, 0.0_f64);
     for k in (1..=36).chain((18..36).rev()) {
         let at: Isometry3<f64> = pose(f64::from(k) / 3.0, 0.0, 0.0);
-        let [found, truth] = [usual.frame(&at), exact.frame(&at)];
-        assert_eq!([found.state, truth.state], [State::Settled; 2], "{k}");
+        let found = usual.frame(&at);
+        assert_eq!(found.state, State::Settled, "{k}");
+        // So exact an answer may take more steps than a frame has.
+        assert!((0..5).any(|_| exact.frame(&at).state == State::Settled), "{k}");
         let off = inside(&usual, usual.state(), exact.state());
         assert!(off <= found.unsettled, "{k}: {off} of {}", found.unsettled);
         most = most.max(found.unsettled);
