@@ -17,7 +17,8 @@ calibrated from frames of its emitters, the tip by pivoting, the tool in its sea
 touched; the patient is registered and the registration checked; then a scripted hand steers to each target by the sight. The truth \
 is the simulator's. What comes out is held against what was predicted.
 
-DIR gets operations.csv (a line for each target of each operation), report.html and charts. A study that was killed goes on \
+DIR gets operations.csv (a line for each target of each operation), report.html with its charts, tables.md, and worst/: the worst operations as \
+recordings, each with its command in report.html. A study that was killed goes on \
 where it was; the same files give the same bytes. Examinations are made once for some operations (ct.images) and are kept in \
 DIR/images by the hash of what they are made of; ct.fresh = true makes one for each operation.
 
@@ -31,6 +32,9 @@ A study file:
   [[stratum]]
   name = \"three-beads\"
   beads = { touched = 3 }
+  [sweep]                        # every combination of these values is a stratum
+  marker.emitters = [12, 32]
+  marker.radius_mm = [25.0, 50.0]
 
 Examples:
   study config/study/small.toml --out DIR

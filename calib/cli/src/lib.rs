@@ -49,7 +49,7 @@ pub use commands::probe::{
 pub use grid::{ReadImageError, read_image};
 pub use live::{Delivered, Follow, FollowMarkers, HeardPoses, OfflineError, Seen};
 pub use register::file::{
-    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, Transform, Units,
-    VERSION,
+    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, ReadError, RegistrationFile, TouchNoise,
+    Transform, Units, VERSION,
 };
 pub use steps::hand as practice;

@@ -27,6 +27,9 @@ struct CellOf {
     lines: [usize; 3],
 }
 
+/// Cells with the level of each dial.
+type Cells<'a> = Vec<(Vec<usize>, &'a CellOf)>;
+
 /// A sweep with what came of it.
 pub(super) struct Effects<'a> {
     sweep: &'a Sweep,
@@ -91,22 +94,17 @@ impl<'a> Effects<'a> {
     }
 
     /// The cells at those settings of all other dials at which every value of this one has a cell.
-    fn complete(&self, at: usize) -> Vec<(Vec<usize>, &CellOf)> {
+    fn complete(&self, at: usize) -> Cells<'_> {
         self.complete_among(&[at], self.sweep.factors[at].levels.len(), |_| true)
     }
 
     /// Of the cells that are asked for those at settings of all other dials than `of` at which there are so many.
-    fn complete_among(
-        &self,
-        of: &[usize],
-        wanted: usize,
-        is_asked: impl Fn(&[usize]) -> bool,
-    ) -> Vec<(Vec<usize>, &CellOf)> {
+    fn complete_among(&self, of: &[usize], wanted: usize, is_asked: impl Fn(&[usize]) -> bool) -> Cells<'_> {
         let rest = |levels: &[usize]| {
             let others = levels.iter().enumerate().filter(|(at, _)| !of.contains(at));
             others.map(|(_, level)| *level).collect::<Vec<_>>()
         };
-        let known: Vec<(Vec<usize>, &CellOf)> = self
+        let known: Cells<'_> = self
             .cells
             .iter()
             .enumerate()
@@ -125,7 +123,7 @@ impl<'a> Effects<'a> {
 
     /// The four corners that two dials' first values make with others, at all settings that have them: with the last values that
     /// there are such settings of, and which these are.
-    fn corners(&self, a: usize, b: usize) -> Option<([usize; 2], Vec<(Vec<usize>, &CellOf)>)> {
+    fn corners(&self, a: usize, b: usize) -> Option<([usize; 2], Cells<'_>)> {
         let last = |at: usize| self.sweep.factors[at].levels.len();
         let mut ends: Vec<[usize; 2]> = (1..last(a)).flat_map(|x| (1..last(b)).map(move |y| [x, y])).collect();
         // The farthest from the first values before all, and of those as far the first.
@@ -138,12 +136,7 @@ impl<'a> Effects<'a> {
     }
 
     /// The geometric mean of a response over those of the cells.
-    fn mean(
-        &self,
-        response: usize,
-        cells: &[(Vec<usize>, &CellOf)],
-        is_here: impl Fn(&[usize]) -> bool,
-    ) -> Option<Estimate> {
+    fn mean(&self, response: usize, cells: &Cells<'_>, is_here: impl Fn(&[usize]) -> bool) -> Option<Estimate> {
         let here: Vec<Sample> = cells
             .iter()
             .filter(|(levels, _)| is_here(levels))
@@ -159,7 +152,7 @@ impl<'a> Effects<'a> {
     fn ratio(
         &self,
         (response, corners): (usize, f64),
-        cells: &[(Vec<usize>, &CellOf)],
+        cells: &Cells<'_>,
         sign: impl Fn(&[usize]) -> f64,
     ) -> Option<Estimate> {
         let signed: Vec<(f64, Sample)> = cells

@@ -75,6 +75,8 @@ fn a_tip_and_an_axis_make_a_tool() {
     let names = "--tool scope --marker ball";
     let gates = "--max-rms-mm 0.1 --min-cone-deg 20";
     let found = calib(&format!("calib pivot --poses {pivot} --out {tip} {names} {gates}")).unwrap();
+    // It was silent that the error of the marker's emitters is in no covariance.
+    assert!(found.text.contains("emitters         taken as exact"), "{}", found.text);
     assert!(
         found.refused.is_none() && found.text.contains("accepted"),
         "{}",
