@@ -13,7 +13,7 @@ use std::time::Duration;
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
 use bus::lockstep::Lockstep;
-use bus::message::{ClockLaw, Guide, ProcessState, ReplayState, Timeline, TissueHeader, ToolPose};
+use bus::message::{ClockLaw, Guide, ProcessState, Timeline, TissueHeader, ToolPose};
 use bus::port::{CommandServer, Publisher};
 use bus::process::{JoinError, Process};
 use bus::topic::{GROUND_TRUTH, GUIDE, SESSION_CLOCK, TIMELINE, TISSUE_ASKED};

@@ -15,7 +15,7 @@ use crate::sparse::{Dissection, Ldl, Precision, Triplets};
 pub(super) struct Factor {
     pub(super) ldl: Ldl,
     /// The points at the tube, by this factor.
-    pub(super) near: Near,
+    pub(super) near: Arc<Near>,
     pub(super) active: Active,
     matrix: Triplets,
     /// False where the second derivatives are not positive definite, nor is a convex matrix near them.
@@ -30,7 +30,7 @@ impl Factor {
         ldl.set_precision(precision);
         Box::new(Self {
             ldl,
-            near: Near::default(),
+            near: Arc::default(),
             active: Active::default(),
             matrix: Triplets::default(),
             whole: false,
@@ -40,7 +40,7 @@ impl Factor {
 
     /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
     fn make(&mut self, system: &System, a: &[f64]) {
-        (self.near, self.active) = (Near::default(), Active::default());
+        (self.near, self.active) = (Arc::default(), Active::default());
         let made = [false, true].into_iter().find(|convex| {
             system.hessian(a, *convex, &mut self.matrix).is_some_and(|()| {
                 // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
@@ -55,7 +55,7 @@ impl Factor {
 
     /// Takes these points, in ascending order, as those at the tube.
     pub(super) fn serve(&mut self, touches: &Touches, points: Vec<usize>) {
-        self.near = Near::new(&self.ldl, touches, points);
+        self.near = Arc::new(Near::new(&self.ldl, touches, points));
         self.active = Active::default();
     }
 }

@@ -158,6 +158,18 @@ impl Active {
         self.numbers[k] as usize - 1
     }
 
+    /// How many these are.
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Those that came first, so many, as if no others had come.
+    pub(super) fn truncate(&mut self, count: usize) {
+        self.points.drain(count..).for_each(|k| self.numbers[k] = 0);
+        self.columns.truncate(count);
+        self.w.truncate(count);
+    }
+
     /// Which of the points near these are, by their numbers.
     pub(super) fn points(&self) -> &[usize] {
         &self.points

@@ -1,6 +1,9 @@
 //! Steps to the state that a pose of the tube asks for.
 
+use std::sync::Arc;
+
 use super::around::Around;
+use super::near::Active;
 use super::reduced::Wanted;
 use super::report::Refused;
 use super::{Evaluated, Frames, norm};
@@ -156,7 +159,15 @@ impl Frames {
         // The scale may be of a way that was given up.
         self.balance(&tube, &v);
         let wanted = self.wanted(LAST_PART * self.settings.tolerance, LAST_PART * self.settings.depth);
-        let step = match self.whole(&tube, &v, &wanted) {
+        // What is only told must not change the bits of what comes after it: what the step took in goes again.
+        let (near, active) = (Arc::clone(&self.factors.now.near), self.factors.now.active.len());
+        let found = self.whole(&tube, &v, &wanted);
+        let factor = &mut self.factors.now;
+        match Arc::ptr_eq(&near, &factor.near) {
+            true => factor.active.truncate(active),
+            false => (factor.near, factor.active) = (near, Active::default()),
+        }
+        let step = match found {
             Ok((step, _)) if self.contact.is_whole() => step,
             _ => return f64::INFINITY,
         };
