@@ -1,7 +1,8 @@
 //! What the programs say of themselves.
 
 #[path = "../support/programs.rs"]
-pub(crate) mod programs;
+mod programs;
+mod trade;
 
 use clap::Command;
 

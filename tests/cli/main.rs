@@ -29,5 +29,4 @@ mod steps;
 mod study;
 #[path = "../support/mod.rs"]
 mod support;
-mod trade;
 mod volume_tools;

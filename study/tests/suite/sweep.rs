@@ -46,5 +46,5 @@ fn the_report_of_a_sweep_tells_what_dials_do() {
     assert!(!page.contains("On its way"));
     report::write(folder.path(), &plan, &done.rows[..3], &[]).unwrap();
     let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
-    assert!(page.contains("On its way: 3 of 4 lines are here."));
+    assert!(page.contains("On its way: 3 of 8 lines are here."));
 }

@@ -72,7 +72,7 @@ fn section(one: &Measured) -> String {
     text
 }
 
-/// Read again by a test (tests/cli/trade.rs) that looks whether the dial is still there.
+/// Read again by a test (tests/cli/help/trade.rs) that looks whether the dial is still there.
 fn turned_by(key: Key) -> String {
     match key {
         Key::Scene(key) => format!("Turned by the scene's `{key}`."),

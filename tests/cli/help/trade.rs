@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::Path;
 
-use super::help::programs;
+use super::programs;
 
-const PAGE: &str = include_str!("../../docs/trade.md");
-const TEMPLATE: &str = include_str!("../../config/template.toml");
+const PAGE: &str = include_str!("../../../docs/trade.md");
+const TEMPLATE: &str = include_str!("../../../config/template.toml");
 
 /// What stands between backquotes on a line.
 fn quoted(line: &str) -> Vec<&str> {
