@@ -149,6 +149,7 @@ impl<'a> Solved<'a> {
             sum += part;
             alone += part * part.transpose();
         }
+        // The noise given holds the shared part as if each touch had drawn its own: that goes out again.
         let middle = self.matrix + sum * sum.transpose() - alone;
         let whole = inverse * middle * inverse * self.sigma_mm.powi(2);
         let inverse = (whole + whole.transpose()) * 0.5;

@@ -165,6 +165,7 @@ fn check_shared<F: Frame>(group: usize, g: &Group<F>) -> Result<(), Refused> {
     if found != 0 && (found != touches || g.covariances.len() != touches) {
         return Err(Refused::Unmatched { group, found, touches });
     }
+    // A part that is larger than the whole would make the errors of their own less than none.
     let within = |(c, u): (&Matrix3<f64>, &Matrix3<f64>)| {
         let rest = c - u * u.transpose();
         rest.iter().all(|x| x.is_finite()) && rest.symmetric_eigenvalues().min() >= -1e-6 * c.amax()

@@ -54,11 +54,13 @@ pub fn propagated<To: Frame, From: Frame>(
     inverse.fixed_view_mut::<3, 3>(0, 0).copy_from(&turn);
     let (mut own, mut shared) = (Matrix6::zeros(), Matrix6x3::zeros());
     for (i, (b, error)) in pairs.from.iter().zip(errors).enumerate() {
+        // Arms of the fit's own pairs, turned: residuals change them in second order only.
         let (w, y) = (pairs.weight(i), r * fit.moments.centred(1, *b));
         let transposed = transposed(&y);
         own += transposed * (r * error.own * r.transpose()) * transposed.transpose() * (w * w);
         shared += transposed * (r * error.shared) * w;
     }
+    // What is each pair's own adds up as squares, and what they share before it is squared.
     let at_centre = inverse * (own + shared * shared.transpose()) * inverse;
     let even = (at_centre + at_centre.transpose()) * 0.5;
     Some(moved_to_origin(even, &fit.moments.mean(0)))
@@ -73,6 +75,7 @@ pub fn chi_squared<To: Frame, From: Frame>(
     let r = fit.rotation();
     let mut normal = SMatrix::<f64, 9, 9>::zeros();
     let (mut pull, mut sum) = (SVector::<f64, 9>::zeros(), 0.0);
+    // What all share was drawn once: without this it would be free, and explain anything.
     for k in 6..9 {
         normal[(k, k)] = 1.0;
     }

@@ -29,6 +29,7 @@ impl Deviations {
             let found = stated.len();
             return Err(Refused::StatedCount { found, touches });
         }
+        // The hand's error is each touch's own, and alike in all directions.
         let added = Matrix3::identity() * even.sigma_mm.powi(2);
         let mut errors = Vec::new();
         for (touch, stated) in stated.iter().enumerate() {
@@ -40,6 +41,7 @@ impl Deviations {
                 shared: stated.shared,
             });
         }
+        // By the longest axis: a gate by a mean would refuse pairs whose error lies along it.
         let sigma = |error: &PairError| error.covariance().symmetric_eigenvalues().max().sqrt();
         Ok(Self {
             sigmas_mm: errors.iter().map(sigma).collect(),
@@ -71,6 +73,7 @@ impl Deviations {
     /// The noise of a pair: root mean square along an axis.
     pub(super) fn noise(&self, pairs: Option<&[PairError]>) -> Noise {
         let Some(pairs) = pairs else { return self.even };
+        // Reports tell one length; what is decided is decided by the covariances.
         let trace = pairs.iter().map(|error| error.covariance().trace()).sum::<f64>();
         Noise {
             sigma_mm: (trace / (3.0 * pairs.len() as f64)).sqrt(),

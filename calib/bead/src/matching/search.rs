@@ -179,6 +179,7 @@ impl<F: Frame> Search<'_, F> {
             .iter()
             .enumerate()
             .filter_map(|(j, bead)| bead.and(Some(j)));
+        // By directions, and with what all share: by one length an error that is common to all would count as their disagreement.
         let chi_squared = match self.sigmas.of_pairs(touches) {
             Some(errors) => chi_squared(&fitted, pairs, &errors)?,
             None => self.count as f64 * (fre_rms_mm / self.sigmas.noise(None).sigma_mm).powi(2),

@@ -165,6 +165,7 @@ impl Active {
 
     /// Those that came first, so many, as if no others had come.
     pub(super) fn truncate(&mut self, count: usize) {
+        // Those that came later stand behind, and no block of an earlier one is of them.
         self.points.drain(count..).for_each(|k| self.numbers[k] = 0);
         self.columns.truncate(count);
         self.w.truncate(count);

@@ -184,6 +184,7 @@ impl Reduced {
             last = change;
             at = self.evaluate(problem, at.step);
         }
+        // Whoever is told of the step's length must know whether it is the whole one.
         self.part = at.step.part;
         at.step.forces.iter().all(|g| g.is_finite()).then_some(at.step)
     }

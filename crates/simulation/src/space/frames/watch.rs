@@ -81,6 +81,7 @@ impl Others {
     /// surface cuts may lie outside, where hardly any material holds it, and moves by millimetres where no tissue moves by a hundredth of one.
     pub(super) fn apart(&self, system: &System, a: &[f64], b: &[f64]) -> f64 {
         let bodies = &system.bodies;
+        // Places, not displacements: solids that are moved as blocks turn, too.
         let surfaces = (0..bodies.len()).flat_map(|body| {
             let (solid, a, b) = (bodies.solid(body), bodies.part(body, a), bodies.part(body, b));
             (0..solid.points()).map(move |point| solid.point(b, point) - solid.point(a, point))
