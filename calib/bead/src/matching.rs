@@ -233,9 +233,10 @@ fn apart<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>]) -> f6
     touched.iter().map(distance).fold(0.0, f64::max)
 }
 
-/// Whether two solutions place the patient differently: by more than the errors of the points.
+/// Whether two solutions place the patient differently: by more than hand and bead err. Both are of the same touched points: what these state of their
+/// errors is no reason to take the two for one.
 fn elsewhere<F: Frame>(a: &Solution<F>, b: &Solution<F>, touched: &[Point<F>], sigmas: &Deviations) -> bool {
-    apart(a, b, touched) > sigmas.largest_distance_mm()
+    apart(a, b, touched) > sigmas.alike_mm()
 }
 
 #[cfg(test)]

@@ -65,6 +65,11 @@ impl Deviations {
         AGREE_DEVIATIONS * self.largest_mm().hypot(self.largest_mm())
     }
 
+    /// Solutions that place all touched points no farther apart than this are one, mm.
+    pub(super) fn alike_mm(&self) -> f64 {
+        AGREE_DEVIATIONS * self.even.sigma_mm.hypot(self.even.sigma_mm)
+    }
+
     /// The errors of pairs with these touches; `None` where nothing is stated.
     pub(super) fn of_pairs(&self, touches: impl Iterator<Item = usize>) -> Option<Vec<PairError>> {
         (!self.errors.is_empty()).then(|| touches.map(|touch| self.errors[touch]).collect())

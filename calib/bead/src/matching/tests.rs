@@ -312,3 +312,24 @@ fn a_grid_of_beads_ends_the_search_in_bounded_time() {
         "{error}"
     );
 }
+
+/// The widest deviation that any touch stated was the bound of what counts as one solution: with one loose touch the wrong bead of two was taken.
+#[test]
+fn a_loose_touch_between_two_beads_is_ambiguous_however_loose_it_is() {
+    // The fourth bead is the third, turned by 0.24 rad about the line of the other two: distances are alike, 12 mm apart.
+    let (sin, cos) = 0.24_f64.sin_cos();
+    let (beads, all) = touch(&[
+        [0.0; 3],
+        [140.0, 0.0, 0.0],
+        [30.0, 50.0, 0.0],
+        [30.0, 50.0 * cos, 50.0 * sin],
+    ]);
+    for loose_mm in [0.1_f64, 1.0, 3.0] {
+        let stated = [0.1, 0.1, loose_mm].map(|sigma: f64| Stated {
+            own: Matrix3::identity() * (sigma * sigma),
+            shared: Matrix3::zeros(),
+        });
+        let found = match_stated(&beads, &all[..3], &stated, &ERRORS);
+        assert!(matches!(found, Err(Refused::Ambiguous { .. })), "{loose_mm}: {found:?}");
+    }
+}

@@ -69,7 +69,7 @@ pub(super) fn pairing_text(matched: &Matched<Tracker>, touched: &[points_text::P
     // Writing to a string does not fail.
     let _ = writeln!(
         text,
-        "pairing          the only one that fits: squared residuals over the noise are {found:.1}, up to {most:.1} is accepted"
+        "pairing          the only one that fits: squared residuals over the errors are {found:.1} at the least, up to {most:.1} is accepted"
     );
     for at in matched.without_bead() {
         let point = &touched[at];

@@ -6,7 +6,7 @@ use geometry::{Ct, Point, UncertainPoint};
 use super::course::Said;
 use crate::beads::uncertain;
 use crate::calibration::{CalibrationFile, Gate};
-use crate::register::file::{PairResult, RegistrationFile};
+use crate::register::file::{Noise, PairResult, RegistrationFile};
 
 /// A calibration as a command made it: its file, and why it is not accepted where it is not.
 #[derive(Debug, Clone)]
@@ -107,9 +107,10 @@ impl Registered {
             file.fre_rms_mm, file.fre_max_mm
         );
         let noise = file.noise.as_ref().map(|noise| {
-            let origin = match noise.estimated {
-                true => "as the residuals suggest",
-                false => "the least that a hand and a CT err by",
+            let origin = match (noise.estimated, noise.touches) {
+                (true, _) => "as the residuals suggest",
+                (false, Some(_)) => "by their file, the hand and the CT",
+                (false, None) => "the least that a hand and a CT err by",
             };
             format!("error of a touch {:.2} mm along each axis, {origin}", noise.sigma_mm)
         });
@@ -119,8 +120,12 @@ impl Registered {
 
     /// A pair of the registration, on the point of the screen that it is of.
     pub(super) fn on_point(&self, pair: &PairResult, point: StepPoint) -> StepPoint {
-        let noise_mm = self.file.noise.as_ref().map_or(f64::NAN, |noise| noise.sigma_mm);
-        let expected_mm = LENGTH_95 * noise_mm;
+        // What all touches share leaves no residual, and would hide a point that was touched elsewhere.
+        let own_mm = |noise: &Noise| match noise.touches {
+            Some(parts) => parts.own_mm.hypot(parts.hand_mm).hypot(parts.bead_mm),
+            None => noise.sigma_mm,
+        };
+        let expected_mm = LENGTH_95 * self.file.noise.as_ref().map_or(f64::NAN, own_mm);
         let left_out_mm = pair.leave_one_out_mm.unwrap_or(f64::NAN);
         let off = if left_out_mm > OFF * expected_mm {
             StepPoint::OFF
