@@ -98,21 +98,19 @@ impl Known<'_> {
     }
 }
 
-/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else the slice of the newest pose.
+/// Of the images shown, that which the sight and the numbers are in step with: that across the tube, or else the slice, or the overview, of the newest pose.
 pub(crate) fn sighted(scene: &Scene, headers: &[Option<FrameHeader>]) -> Option<FrameHeader> {
     let views = scene.views.iter().zip(headers);
     let mut across = views.filter(|(view, _)| view.plane == Plane::Perpendicular);
-    // Overviews have organs at rest, and no slice.
-    let slices = scene
-        .views
-        .iter()
-        .zip(headers)
-        .filter(|(view, _)| view.plane != Plane::Surface);
-    let newest = || {
-        let headers = slices.filter_map(|(_, header)| *header);
+    let newest = |of_surfaces: bool| {
+        let views = scene.views.iter().zip(headers);
+        let of_kind = views.filter(|(view, _)| (view.plane == Plane::Surface) == of_surfaces);
+        let headers = of_kind.filter_map(|(_, header)| *header);
         headers.max_by_key(|header| header.stamp.t_capture_ns)
     };
-    across.find_map(|(_, header)| *header).or_else(newest)
+    // Overviews have organs at rest: they are asked where there is nothing else.
+    let across = across.find_map(|(_, header)| *header);
+    across.or_else(|| newest(false)).or_else(|| newest(true))
 }
 
 /// Which of the poses it is; `None` where it is none of them.

@@ -8,5 +8,5 @@ mod report;
 mod scene;
 
 pub(crate) use args::{MARKER_HELP, MarkerArgs};
-pub(crate) use frames::{COVARIANCE, covariance};
+pub(crate) use frames::covariance;
 pub(crate) use scene::table;

@@ -177,7 +177,12 @@ fn a_place_beside_all_cubes_goes_with_the_nearest_one_up_to_half_its_side() {
 #[test]
 fn what_no_moved_organ_holds_stays_where_it_is() {
     let (beside, places) = organ([50.0, 80.0, 50.0], |_| [9.0; 3]);
+    let not_settled = Tissues {
+        shown: TissueShown::Approximate,
+        ..settled(&beside, &places)
+    };
     let all = [
+        (not_settled, TargetShown::NotSettled, "MODEL NOT SETTLED"),
         (
             settled(&beside, &places),
             TargetShown::Beside,

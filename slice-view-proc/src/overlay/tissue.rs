@@ -1,8 +1,8 @@
 //! What an image says of the tissue: MODEL and a double frame where organs are where a model has them, and why where they are not.
 
 use bus::clock;
-use bus::message::TissueShown;
-use geometry::{Ct, Point};
+use bus::message::{TargetShown, TissueShown};
+use geometry::{Ct, Point, Tool};
 use picture::{Canvas, Line, palette};
 
 use super::Overlay;
@@ -59,6 +59,23 @@ impl Overlay<'_> {
             true => self.tissue.place(at_rest),
             false => at_rest,
         }
+    }
+
+    /// The target that a person chose and the distance from the tip to its centre: where the model has it, and where it was planned, where an organ moves
+    /// it. No other takes its place, however near.
+    pub(super) fn chosen_words(&self) -> Option<String> {
+        let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
+        let (name, (place, shown)) = (&chosen.name, self.tissue.target(chosen.centre));
+        let [now, planned] = [place, chosen.centre].map(|place| place.distance(tip));
+        Some(match shown {
+            // In no organ of a state that is not settled it stays, to the bit.
+            shown if shown.is_moved() && place != chosen.centre => {
+                format!("{name} {now:.1} mm, AT REST {planned:.1} mm")
+            }
+            TargetShown::Beside => format!("{name} {planned:.1} mm, {}", shown.words()),
+            // What else there is to say of the tissue stands on the image by itself.
+            _ => format!("{name} {planned:.1} mm"),
+        })
     }
 
     /// A small cross where a target is at rest, near the plane, and a thin line from there to where the model has it.

@@ -1,8 +1,7 @@
 //! What stands on an image in words, in the order of its importance, and where each may stand.
 
 use bus::clock;
-use bus::message::{Marks, TargetShown};
-use geometry::{Point, Tool};
+use bus::message::Marks;
 use picture::{Anchor, Rgb, palette};
 use scene::{Drawn, Extent, SlabMode, View};
 
@@ -430,7 +429,8 @@ impl Overlay<'_> {
         }
     }
 
-    /// A target's name beside it, with its distance where the plane misses it, and how far a model has moved it: along the tube no image across shows that. Above its right first: the tube comes from the
+    /// A target's name beside it, with its distance where the plane misses it, and how far a model has moved it, as along the tube no
+    /// image across it shows that. Above its right first: the tube comes from the
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
         let (target, reach, outline) = (outline.target, outline.reach_px, &outline.circle);
@@ -456,20 +456,6 @@ impl Overlay<'_> {
             ([x, y + lift + 4.0 * u], Anchor::Centre),
         ];
         self.caption(text, 12.0, palette::TARGET, spots)
-    }
-
-    /// The target that a person chose and the distance from the tip to its centre: where the model has it, and where it was, where an organ moves it. No
-    /// other takes its place, however near.
-    fn chosen_words(&self) -> Option<String> {
-        let (chosen, tip) = (self.chosen?, self.pose? * Point::<Tool>::new(0.0, 0.0, 0.0));
-        let (name, (place, shown)) = (&chosen.name, self.tissue.target(chosen.centre));
-        let [now, planned] = [place, chosen.centre].map(|place| place.distance(tip));
-        Some(match shown {
-            TargetShown::Model | TargetShown::NotSettled => format!("{name} {now:.1} mm, AT REST {planned:.1} mm"),
-            TargetShown::Beside => format!("{name} {planned:.1} mm, {}", shown.words()),
-            // That organs are at rest stands on the image by itself.
-            TargetShown::None | TargetShown::Planned | TargetShown::AtRest => format!("{name} {planned:.1} mm"),
-        })
     }
 }
 

@@ -5,10 +5,11 @@ use std::path::Path;
 use calib::base::{Feature, Group, Refused, separated};
 use geometry::{Frame, Point};
 
-use crate::bundle::{COVARIANCE, covariance};
+use crate::bundle::covariance;
 use crate::input_files::columns::{Layout, Table, TableError};
+use crate::input_files::points_text::{COVARIANCE, SHARED};
 use crate::input_files::source::Source;
-use crate::live::{SHARED, shared};
+use crate::live::shared;
 
 const LAYOUT: Layout = Layout {
     needed: &["x", "y", "z"],

@@ -9,12 +9,11 @@ use geometry::Point;
 use nalgebra::Matrix3;
 
 use crate::input_files::columns::{Layout, Row, Table, TableError};
+use crate::input_files::points_text::COVARIANCE;
 use crate::input_files::source::Source;
 
 /// The most frames: the adjustment takes all at once.
 const MAX_FRAMES: usize = 10_000;
-/// Columns of a covariance, mm^2.
-pub(crate) const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
 
 const LAYOUT: Layout = Layout {
     needed: &["frame", "emitter", "x", "y", "z"],

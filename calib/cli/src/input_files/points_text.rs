@@ -24,8 +24,11 @@ pub(crate) struct StatedError {
     pub(crate) shared: Option<Matrix3<f64>>,
 }
 
-const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
-const SHARED: [&str; 9] = ["u1x", "u1y", "u1z", "u2x", "u2y", "u2z", "u3x", "u3y", "u3z"];
+/// Columns of a covariance, mm^2.
+pub(crate) const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
+/// Columns that say what all touches of a file share, the error of the tip's calibration: what three normal numbers of deviation 1,
+/// the same for all, move the place by, mm. It is in the covariance `cxx` to `czz` too.
+pub(crate) const SHARED: [&str; 9] = ["u1x", "u1y", "u1z", "u2x", "u2y", "u2z", "u3x", "u3y", "u3z"];
 
 /// Reads the points of a file.
 pub(crate) fn read(source: &Source) -> Result<Vec<Point>, InputError> {

@@ -14,10 +14,6 @@ use crate::values::Name;
 
 const HEADER: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z";
 
-/// Columns that say what all touches of a file share, the error of the tip's calibration: what three normal numbers of deviation 1,
-/// the same for all, move the place by, mm. It is in the covariance `cxx` to `czz` too.
-pub(crate) const SHARED: [&str; 9] = ["u1x", "u1y", "u1z", "u2x", "u2y", "u2z", "u3x", "u3y", "u3z"];
-
 /// These of a row of a table that has them.
 pub(crate) fn shared(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
     let columns = [["u1x", "u1y", "u1z"], ["u2x", "u2y", "u2z"], ["u3x", "u3y", "u3z"]];

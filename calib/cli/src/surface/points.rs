@@ -8,14 +8,13 @@ use surface_registration::{Beam, BeamNoise, Points, SharedError, SurfacePoint};
 
 use super::error::SurfaceCommandError;
 use crate::input_files::columns::{Layout, Row, Table, TableError};
+use crate::input_files::points_text::{COVARIANCE, SHARED};
 use crate::input_files::source::Source;
-use crate::live::SHARED;
 use crate::register::solve::From;
 
 const BEAM: [&str; 3] = ["beam_x", "beam_y", "beam_z"];
 const ACROSS: [&str; 3] = ["across_x", "across_y", "across_z"];
 const NOISE: [&str; 3] = ["axial", "lateral", "elevation"];
-const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
 const TURN: [&str; 4] = ["marker_qw", "marker_qx", "marker_qy", "marker_qz"];
 const SHIFT: [&str; 3] = ["marker_x", "marker_y", "marker_z"];
 

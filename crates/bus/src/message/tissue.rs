@@ -307,6 +307,10 @@ mod tests {
         for shown in TissueShown::ALL {
             assert_eq!(TissueShown::from_code(shown.code()), Some(shown));
         }
+        for shown in TargetShown::ALL {
+            assert_eq!(TargetShown::from_code(shown.code()), Some(shown));
+        }
+        assert_eq!(TargetShown::from_code(6), None);
         let unknown = TissueHeader {
             state: 5,
             ..TissueHeader::default()
