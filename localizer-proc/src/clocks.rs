@@ -9,6 +9,9 @@ use crate::driver::Frame;
 /// So far behind its arrival a frame's time may be put to be later than that of the one before, ns.
 const MOST_AHEAD_NS: i64 = 1000;
 
+/// An image may come so long after the frames of its time, ns: a stamp further back is none of their clock.
+const MOST_LATE_NS: i64 = 2_000_000_000;
+
 /// The clock of one connection.
 #[derive(Debug)]
 pub struct DeviceClock {
@@ -68,6 +71,27 @@ impl DeviceClock {
             },
         };
         (self.later(captured, frame), mapped.event.map(|event| event.to_string()))
+    }
+
+    /// When an image was captured that bears a stamp of the frames' clock: by the law that they have made, as it comes later than they do. Where
+    /// there is none, or the stamp is no one of that clock, its arrival counts.
+    pub fn capture_of_image(&self, device_ns: i64, arrival_ns: i64) -> Captured {
+        let mapped = match self.rule {
+            StampRule::Mapped => self.mapping.capture_of(device_ns, arrival_ns, MOST_LATE_NS),
+            StampRule::Arrival => None,
+        };
+        match mapped {
+            Some((at_ns, uncertain_ns)) => Captured {
+                at_ns,
+                uncertain_ns: uncertain_ns.max(1),
+                clock: CaptureClock::Mapped,
+            },
+            None => Captured {
+                at_ns: arrival_ns.saturating_sub(self.least_delay_ns),
+                uncertain_ns: 0,
+                clock: CaptureClock::Arrival,
+            },
+        }
     }
 
     /// Two frames are two instants: those that come in one piece arrive at one time, and a law that is corrected may put one at the time

@@ -4,6 +4,8 @@ use bus::message::{EmitterSight, Lost};
 use geometry::{Marker, Rigid, Tracker};
 use scene::tracking::{EmitterSource, PosedMarkers};
 
+use crate::openigtlink::Picture;
+
 /// What is made of what a localizer sees.
 #[derive(Debug, Clone, Copy)]
 pub enum Follows<'a> {
@@ -22,6 +24,8 @@ pub enum Act {
     Frame(Frame),
     /// Publish single markers of a frame, in which no marker has a pose.
     Emitters(Frame, Places),
+    /// Publish this image of an ultrasound scanner.
+    Image(Box<Picture>),
     /// A person should know, once.
     Tell(String),
     /// Something that is only counted was left out.

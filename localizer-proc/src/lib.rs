@@ -7,7 +7,7 @@
 //! * `single` holds the single markers of a device against their definitions.
 //! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
 //! * `simulate` is the other side: a simulated device of NDI for whoever dials.
-//! * `output` numbers, stamps and publishes frames.
+//! * `output` numbers, stamps and publishes frames, `image_output` the images of an ultrasound scanner on the same connection.
 
 #![forbid(unsafe_code)]
 
@@ -15,6 +15,7 @@ pub mod cli;
 pub mod clocks;
 mod decode;
 pub mod driver;
+mod image_output;
 mod link;
 mod ndi;
 mod openigtlink;

@@ -1,9 +1,11 @@
 //! A peer that speaks OpenIGTLink: its poses of tools as frames of markers.
 //!
 //! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`status`]) and its
-//! numbers are a rotation and a place ([`pose`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant.
+//! numbers are a rotation and a place ([`pose`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of
+//! an ultrasound scanner are passed on where the scene asks for them ([`images`]).
 
 mod gather;
+mod images;
 mod names;
 mod pose;
 mod status;
@@ -21,10 +23,18 @@ use scene::tracking::PosedMarkers;
 use crate::driver::{Act, Driver, Frame, Seen};
 use crate::state::Once;
 use gather::Gather;
+use images::Images;
 use names::{Named, Names};
 use twins::Twins;
 
+pub(crate) use images::Picture;
 pub(crate) use names::NamesError;
+
+/// A peer may send images on the same connection, also unasked: PLUS does.
+const LIMITS: Limits = Limits {
+    body: images::MOST_BYTES,
+    ..Limits::POSES
+};
 
 /// Characters of a peer's own words that are told: the field of them may have some thousand.
 const MOST_WORDS: usize = 200;
@@ -37,6 +47,8 @@ pub(crate) struct OpenIgtLink {
     decoder: Decoder,
     gather: Gather,
     twins: Twins,
+    /// The images that the scene asks for; `None`: none.
+    images: Option<Images>,
     /// Markers of which this connection's peer has stated a status.
     stated: Vec<u32>,
     /// The peer reads version 1 alone, as this connection has shown: the next one is part of the first.
@@ -80,7 +92,8 @@ impl OpenIgtLink {
             gather: Gather::new(names.markers()),
             names,
             session: Client::new(rules),
-            decoder: Decoder::new(Limits::POSES),
+            decoder: Decoder::new(LIMITS),
+            images: spec.images.as_ref().map(Images::new),
             twins: Twins::default(),
             stated: Vec::new(),
             falls_back: false,
@@ -123,6 +136,7 @@ impl OpenIgtLink {
                 let tools: Vec<_> = tools.iter().map(|tool| (tool.name, tool.kind, pose(tool))).collect();
                 self.several(message, tools, acts);
             }
+            Body::Image(image) => self.image(message, image, acts),
             Body::Status(status) if status.code != igtl::Status::OK => {
                 // Words of a peer go to a terminal: nothing in them may steer it.
                 let words = String::from_utf8_lossy(&status.words);
@@ -131,6 +145,28 @@ impl OpenIgtLink {
                 acts.extend(self.told.say(format!("the peer's STATUS is {code} {name}: {words}")));
             }
             _ => {}
+        }
+    }
+
+    /// A message of an image.
+    fn image(&mut self, message: &Message<'_>, image: &igtl::Image<'_>, acts: &mut Vec<Act>) {
+        let name = &message.device;
+        let taken = self
+            .images
+            .as_mut()
+            .and_then(|images| images.take(message, image, self.now_ns));
+        match taken {
+            None => {
+                let words = format!(
+                    "the peer sends images {name}, which localizer.images does not name: they are not passed on"
+                );
+                acts.extend(self.told.say(words));
+            }
+            Some(Ok(picture)) => acts.push(Act::Image(Box::new(picture))),
+            Some(Err(error)) => {
+                acts.push(Act::Refused);
+                acts.extend(self.told.say(format!("image {name} refused: {error}")));
+            }
         }
     }
 
@@ -246,7 +282,8 @@ fn stamp_ns(stamp: Stamp) -> i64 {
 impl Driver for OpenIgtLink {
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
         self.now_ns = now_ns;
-        self.decoder = Decoder::new(Limits::POSES);
+        self.decoder = Decoder::new(LIMITS);
+        self.images.iter_mut().for_each(Images::forget);
         self.gather = Gather::new(self.names.markers());
         self.twins = Twins::default();
         self.stated.clear();

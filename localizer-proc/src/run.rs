@@ -13,9 +13,10 @@ use scene::localizer::{LinkSpec, LocalizerSpec};
 
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Follows, Frame, Places};
+use crate::image_output::ImageOutput;
 use crate::link::{Link, News};
 use crate::ndi::{Ndi, SetUpError};
-use crate::openigtlink::{NamesError, OpenIgtLink};
+use crate::openigtlink::{NamesError, OpenIgtLink, Picture};
 use crate::output::Output;
 
 /// Its name in the run.
@@ -75,6 +76,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         spec,
         driver,
         output,
+        images: ImageOutput::default(),
         events,
         told: 0,
         next_lost_ns: i64::MIN,
@@ -110,6 +112,7 @@ struct Localizer {
     driver: Box<dyn Driver>,
     clock: DeviceClock,
     output: Output,
+    images: ImageOutput,
     events: Publisher<Event>,
     /// Events that were told.
     told: u64,
@@ -137,6 +140,7 @@ impl Localizer {
             News::Closed(why) => vec![Act::Close(why)],
         };
         self.carry_out(acts, process)?;
+        self.images.serve_late_joiners();
         let now_ns = process.clock().now_ns();
         if self.link.is_up() {
             let acts = self.driver.tick(now_ns);
@@ -158,6 +162,7 @@ impl Localizer {
                 }
                 Act::Frame(frame) => self.publish(&frame, None, process)?,
                 Act::Emitters(frame, places) => self.publish(&frame, Some(&places), process)?,
+                Act::Image(picture) => self.show(&picture, process)?,
                 Act::Tell(words) => self.tell(words, Level::Warning, process)?,
                 Act::Refused => process.counters.refused += 1,
                 Act::Close(why) => return self.close(why, process),
@@ -177,6 +182,11 @@ impl Localizer {
         event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
     }
 
+    fn show(&mut self, picture: &Picture, process: &Process) -> Result<(), RunError> {
+        let captured = self.clock.capture_of_image(picture.device_ns, picture.arrival_ns);
+        Ok(self.images.send(picture, captured, process)?)
+    }
+
     /// At once, and not only once the last pose has grown old, it is said that nothing is measured any more.
     fn close(&mut self, why: String, process: &mut Process) -> Result<(), RunError> {
         let now_ns = process.clock().now_ns();
@@ -184,7 +194,7 @@ impl Localizer {
             match act {
                 Act::Tell(words) => self.tell(words, Level::Warning, process)?,
                 // Of a connection that is over nothing else is wanted.
-                Act::Send(_) | Act::Frame(_) | Act::Emitters(..) | Act::Refused | Act::Close(_) => {}
+                Act::Send(_) | Act::Frame(_) | Act::Emitters(..) | Act::Image(_) | Act::Refused | Act::Close(_) => {}
             }
         }
         self.output.disconnected(now_ns, process)?;
@@ -211,7 +221,12 @@ impl Localizer {
         if !self.link.is_up() {
             return self.link.words(now_ns);
         }
-        let parts = [self.rate.words(now_ns), self.clock.words(), self.driver.words()];
+        let parts = [
+            self.rate.words(now_ns),
+            self.images.words(),
+            self.clock.words(),
+            self.driver.words(),
+        ];
         let parts: Vec<String> = parts.into_iter().filter(|words| !words.is_empty()).collect();
         parts.join("; ")
     }

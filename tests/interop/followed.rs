@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use bus::message::{Lost, MarkerFrame};
+use bus::message::{CaptureClock, Lost, MarkerFrame};
 
 use crate::peers::cxx_server;
 use crate::support::frames::{Watch, is_disconnected, is_seen, patient, status_says, tool};
@@ -218,4 +218,95 @@ fn version_1_is_found_out_where_connections_are_confirmed() {
 /// The program of the server, for whoever starts it otherwise.
 pub(crate) fn program() -> Option<&'static Path> {
     cxx_server()
+}
+
+/// What an image of the server holds: the number of its frame.
+fn number_in(grey: &[u8]) -> u64 {
+    let number = grey[..4]
+        .iter()
+        .rev()
+        .fold(0, |number, byte| number << 8 | u64::from(*byte));
+    let is_it = |at: usize| at < 4 || u64::from(grey[at]) == (number + at as u64 % 64 + 3 * (at as u64 / 64)) % 256;
+    assert!((0..grey.len()).all(is_it), "an image that is turned, or of two");
+    number
+}
+
+/// Images come later than the poses of their time, by the stamps of one clock.
+#[test]
+fn images_of_the_peer_are_published_as_they_are_with_the_time_of_the_pose_that_has_their_stamp() {
+    let Some(server) = Server::start("images") else { return };
+    let world = World::new();
+    let images = "peer = \"v1\"\n[localizer.images]\nname = \"Image\"\norientation = \"MF\"\ndepth_mm = 9\nlinear_mm = [0, 6.3, 0]\n";
+    let (pilot, watch) = start(&world, server.port, images);
+    until(&watch, "poses", 20, is_whole);
+    let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
+    let subscriber = bus::port::UsImageSubscriber::open(&bus).unwrap();
+    let (mut frames, mut compared) = (Vec::new(), 0);
+    wait_for("60 images with the poses of their time", || {
+        frames.extend(watch.come());
+        while let Some(image) = subscriber.next().unwrap() {
+            let (header, number) = (image.header(), number_in(image.grey()));
+            assert_eq!(
+                (header.device_name().as_str(), header.orientation().as_deref()),
+                ("Image", Some("MF"))
+            );
+            let shape = header.shape().unwrap();
+            assert_eq!((shape.columns(), shape.rows()), (64, 48));
+            assert!(
+                shape
+                    .pixel_mm()
+                    .iter()
+                    .zip([0.1, 0.2])
+                    .all(|(mm, told)| (mm - told).abs() < 1e-6)
+            );
+            let Some(frame) = frames
+                .iter()
+                .find(|frame: &&MarkerFrame| frame.t_device_ns == header.t_device_ns)
+            else {
+                continue;
+            };
+            assert_eq!(
+                patient(frame).unwrap().translation_mm()[1],
+                (number % 4000) as f64 / 1024.0
+            );
+            let is_mapped = header.capture_clock() == Some(CaptureClock::Mapped);
+            if !is_mapped || frame.capture_clock() != CaptureClock::Mapped {
+                continue;
+            }
+            // Both by one law, which has learnt from three more frames when the image comes.
+            let off_ns = (header.t_capture_ns - frame.t_capture_ns).abs();
+            assert!(
+                off_ns <= frame.t_uncertain_ns + 100_000,
+                "{off_ns} of {}",
+                frame.t_uncertain_ns
+            );
+            assert!(
+                header.t_arrival_ns - header.t_capture_ns > 20_000_000,
+                "three frames of 10 ms later"
+            );
+            compared += 1;
+        }
+        (compared >= 60).then_some(())
+    });
+    status_says(&pilot, "images stamped");
+    drop(subscriber);
+    assert!(pilot.stop().success());
+    let session = recorder::read::seek::Session::open(&world.path("out/session.mcap")).unwrap();
+    let recorded: Vec<_> = session.us_images_from(0).unwrap().map(Result::unwrap).collect();
+    assert!(recorded.len() >= 60, "{}", recorded.len());
+    for pair in recorded.windows(2) {
+        assert_eq!(number_in(&pair[1].grey), number_in(&pair[0].grey) + 3);
+        assert_eq!(pair[1].header.seq, pair[0].header.seq + 1);
+        assert_eq!(pair[0].header.orientation().as_deref(), Some("MF"));
+    }
+}
+
+/// PLUS sends images to whoever connects: poses go on, and what is not taken is told.
+#[test]
+fn images_that_the_scene_does_not_ask_for_are_told_and_leave_the_poses_alone() {
+    let Some(server) = Server::start("images") else { return };
+    let world = World::new();
+    let (pilot, watch) = start(&world, server.port, "peer = \"v1\"\n");
+    until(&watch, "poses", 60, is_whole);
+    assert!(pilot.stop().success());
 }

@@ -1,11 +1,13 @@
 // A server that knows nothing of Trocar and reads header version 1 alone: the C++ library OpenIGTLink (Debian: libopenigtlink-dev).
 //
 //   server push [PORT]     sends TRANSFORMs of two tools to each client, 100 Hz, unasked
+//   server images [PORT]   the same, and with each third frame an ultrasound image of the third frame before, with that one's stamp
 //   server stream [PORT]   sends nothing but TDATA of both, once a client asks for them by STT_TDATA, as often as that says
 //
 // It prints the port, and a line for each message that it was sent. Frame i has the tool at x = i / 8 mm and the patient at x = -100 mm, both
 // with y = (i % 4000) / 1024 mm. Nothing is sent of the tool in every fifth frame, nor in 200 frames of each 500: it is not seen, and
-// version 1 has no words for that.
+// version 1 has no words for that. An image has 64 x 48 pixels: its first four are the number of its frame, lowest byte first, and
+// any other, in column u and row v, is (number + u + 3 v) modulo 256.
 
 #include <poll.h>
 
@@ -16,6 +18,7 @@
 #include <ctime>
 #include <string>
 
+#include <igtlImageMessage.h>
 #include <igtlMessageHeader.h>
 #include <igtlServerSocket.h>
 #include <igtlStatusMessage.h>
@@ -47,6 +50,22 @@ static bool send_transform(igtl::Socket::Pointer socket, const char* name, long 
     message->SetDeviceName(name);
     message->SetMatrix(matrix);
     message->SetTimeStamp(stamp);
+    message->Pack();
+    return socket->Send(message->GetPackPointer(), message->GetPackSize()) != 0;
+}
+
+static bool send_image(igtl::Socket::Pointer socket, long i, igtl::TimeStamp::Pointer stamp) {
+    const int width = 64, height = 48;
+    igtl::ImageMessage::Pointer message = igtl::ImageMessage::New();
+    message->SetDimensions(width, height, 1);
+    message->SetSpacing(0.1f, 0.2f, 1.0f);
+    message->SetScalarType(igtl::ImageMessage::TYPE_UINT8);
+    message->SetDeviceName("Image");
+    message->SetTimeStamp(stamp);
+    message->AllocateScalars();
+    unsigned char* grey = static_cast<unsigned char*>(message->GetScalarPointer());
+    for (int at = 0; at < width * height; ++at)
+        grey[at] = at < 4 ? i >> (8 * at) : i + at % width + 3 * (at / width);
     message->Pack();
     return socket->Send(message->GetPackPointer(), message->GetPackSize()) != 0;
 }
@@ -116,12 +135,12 @@ struct Open : igtl::Socket {
     static int descriptor(igtl::Socket& socket) { return socket.*(&Open::m_SocketDescriptor); }
 };
 
-static void serve(igtl::Socket::Pointer socket, bool pushes) {
+static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images) {
     int every_ms = pushes ? 10 : 0;
     long long next = now_ms();
     // It goes on counting with each client: a frame is a frame.
     static long i = 0;
-    igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New();
+    igtl::TimeStamp::Pointer stamp = igtl::TimeStamp::New(), before = igtl::TimeStamp::New();
     for (;;) {
         pollfd one = {Open::descriptor(*socket), POLLIN, 0};
         int rest = every_ms ? static_cast<int>(next - now_ms()) : 100;
@@ -139,6 +158,12 @@ static void serve(igtl::Socket::Pointer socket, bool pushes) {
         } else {
             sent = send_list(socket, i, stamp);
         }
+        if (has_images && i % 3 == 0) {
+            igtlUint32 second, fraction;
+            if (before->GetTimeStampUint64() != 0) sent = sent && send_image(socket, i - 3, before);
+            stamp->GetTimeStamp(&second, &fraction);
+            before->SetTime(second, fraction);
+        }
         if (!sent) return;
         ++i;
     }
@@ -154,7 +179,8 @@ int main(int argc, char** argv) {
     for (;;) {
         igtl::ClientSocket::Pointer client = server->WaitForConnection(60000);
         if (client.IsNull()) continue;
-        serve(client.GetPointer(), std::strcmp(argv[1], "push") == 0);
+        bool has_images = std::strcmp(argv[1], "images") == 0;
+        serve(client.GetPointer(), has_images || std::strcmp(argv[1], "push") == 0, has_images);
         client->CloseSocket();
         std::printf("gone\n");
         std::fflush(stdout);

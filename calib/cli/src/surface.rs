@@ -7,6 +7,7 @@ mod calibrated;
 mod error;
 mod file;
 mod line;
+mod mirror;
 mod picture;
 mod points;
 mod report;
@@ -34,6 +35,7 @@ use crate::scene_context::SceneContext;
 use crate::store;
 use bone::Bone;
 use error::SurfaceCommandError;
+use mirror::Mirror;
 use points::{Measured, Shared};
 use start::{Begin, Begun};
 
@@ -79,12 +81,15 @@ struct Made<'a> {
     refusals: Vec<Refusal>,
     /// How far it lies from the guess, where that is further than was told.
     beyond: Option<String>,
+    /// What speaks for a mirrored picture.
+    mirrored: Option<String>,
 }
 
 /// Does what is asked; what is refused, by the numerics or by a scene's gates, is told and not written.
 fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result<Outcome, CommandError> {
     let source = Source::read(&asked.points).map_err(TableError::from)?;
-    let made = make(bone, asked, source)?;
+    let mut made = make(bone, asked, source)?;
+    made.look_for_a_mirror();
     for warning in made.warnings() {
         bus::stderr_line!("calib: warning: {warning}");
     }
@@ -157,6 +162,7 @@ fn make<'a>(bone: &'a Bone, asked: &'a Asked, source: Source) -> Result<Made<'a>
         targets,
         refusals,
         beyond,
+        mirrored: None,
     })
 }
 
@@ -191,13 +197,36 @@ impl Made<'_> {
     /// Everything that is against it, in words.
     fn against(&self) -> Vec<String> {
         let refusals = self.refusals.iter().map(Refusal::to_string);
-        refusals.chain(self.beyond.clone()).collect()
+        refusals
+            .chain(self.beyond.clone())
+            .chain(self.mirrored.clone())
+            .collect()
+    }
+
+    /// Registers the points as a mirrored picture would have shown them; it takes as long as the registration, and is done at its end alone.
+    fn look_for_a_mirror(&mut self) {
+        let Some(mirrored) = &self.measured.mirrored else {
+            return;
+        };
+        let bone = (&self.bone.surface, &self.bone.field);
+        let how = (&self.begun.start, &self.asked.options);
+        let mirror = Mirror::of(bone, mirrored, how, &self.found, &self.targets);
+        self.mirrored = mirror.refused(self.asked.limits.least_margin);
     }
 
     /// What is not against it, and should be known.
     fn warnings(&self) -> Vec<String> {
         let of_order = self.found.order.why_not();
-        self.asked.warnings.iter().cloned().chain(of_order).collect()
+        let is_of_probe = matches!(self.measured.shared, Shared::Probe(..));
+        let of_mirror = (is_of_probe && self.measured.mirrored.is_none())
+            .then(|| "whether the probe's picture was mirrored could not be looked at: its calibration does not say the array (calib probe --array)".to_owned());
+        self.asked
+            .warnings
+            .iter()
+            .cloned()
+            .chain(of_order)
+            .chain(of_mirror)
+            .collect()
     }
 
     /// Why it must not be used, in words.

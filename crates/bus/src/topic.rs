@@ -97,7 +97,7 @@ pub const MARKERS: Topic = Topic {
 /// The images of a tracked ultrasound probe. Few listen, as images are large; a reader may be late by some.
 pub const US_IMAGE: Topic = Topic {
     name: "us-image",
-    payload: "trocar/UsImageHeader/1 + [u8] grey",
+    payload: "trocar/UsImageHeader/2 + [u8] grey",
     subscribers: 4,
     buffer: 8,
     purpose: "images of a tracked ultrasound probe",

@@ -1,11 +1,14 @@
 //! The connection to a real localizer: `[localizer]`.
 
+mod images;
+
 use std::path::PathBuf;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
 use super::values::{Checked, invalid, number, seconds};
+pub use images::{ImagesSpec, RawConvex, RawImages, ShownBeams};
 
 /// The longest host name, bytes.
 const HOST_BYTES: usize = 253;
@@ -99,6 +102,9 @@ pub struct RawLocalizer {
     /// NDI: tools whose definitions are written to it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tools: Vec<RawLocalizerTool>,
+    /// OpenIGTLink: ultrasound images of the same peer; absent: none are taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub images: Option<RawImages>,
     /// OpenIGTLink: a connection on which nothing comes for so long is given up, s; absent: `limits.silent_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub silent_s: Option<f64>,
@@ -173,6 +179,8 @@ pub struct OpenIgtLinkSpec {
     pub reconnect: Reconnect,
     /// A connection on which nothing comes for so long is given up.
     pub silent: Duration,
+    /// Ultrasound images that are taken; `None`: none.
+    pub images: Option<ImagesSpec>,
 }
 
 /// A localizer of NDI.
@@ -266,6 +274,7 @@ fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
         ),
         of("silent_s", raw.silent_s.is_some(), openigtlink.0, openigtlink.1),
         of("reconnect", raw.reconnect.is_some(), openigtlink.0, openigtlink.1),
+        of("images", raw.images.is_some(), openigtlink.0, openigtlink.1),
         of("tools", !raw.tools.is_empty(), ndi.0, ndi.1),
     ] {
         if wrong {
@@ -287,6 +296,7 @@ fn openigtlink(limit_s: f64, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
         stream: stream.transpose()?.map(|ms| Duration::from_secs_f64(ms / 1e3)),
         max_rotation_error: number("localizer.max_rotation_error", error, 1e-6..=1e-2, "")?,
         reconnect: raw.reconnect.unwrap_or_default(),
+        images: raw.images.as_ref().map(images::images).transpose()?,
         // A peer is asked each second, and has half of one to answer.
         silent: match raw.silent_s {
             Some(silent_s) => seconds("localizer.silent_s", silent_s, 1.5..=60.0)?,

@@ -27,6 +27,11 @@ pub enum NamesError {
     },
 }
 
+/// A name of the scene as it is on the wire.
+pub(super) fn cut(name: &str) -> Vec<u8> {
+    name.as_bytes().iter().take(BYTES).copied().collect()
+}
+
 /// What a name is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Named {
@@ -52,7 +57,6 @@ pub(super) struct Names {
 
 impl Names {
     pub(super) fn new(markers: &PosedMarkers) -> Result<Self, NamesError> {
-        let cut = |name: &String| name.as_bytes().iter().take(BYTES).copied().collect::<Vec<u8>>();
         let (tool, reference) = (
             markers.marker.as_ref(),
             markers.reference.as_ref().map(|(name, _)| name),
@@ -64,8 +68,8 @@ impl Names {
             return Err(NamesError::Same { tool, reference });
         }
         Ok(Self {
-            tool: tool.map(cut),
-            reference: reference.map(cut),
+            tool: tool.map(|name| cut(name)),
+            reference: reference.map(|name| cut(name)),
             whole: [tool, reference].into_iter().flatten().cloned().collect(),
             only: Vec::new(),
             unmapped: Vec::new(),

@@ -21,6 +21,7 @@ fn spec(status: StatusRule) -> OpenIgtLinkSpec {
         max_rotation_error: 2e-3,
         reconnect: Reconnect::Always,
         silent: Duration::from_millis(1500),
+        images: None,
     }
 }
 

@@ -18,6 +18,8 @@ use crate::operating_room::OperatingRoom;
 
 /// The name under which images come.
 const DEVICE: &str = "simulated";
+/// Its marked side is the one of the tool's x; rows run there, columns away from the face.
+const ORIENTATION: &str = "MF";
 /// Sleeps no longer than this, so that it ends with its process.
 const LOOK_UP: Duration = Duration::from_millis(50);
 
@@ -183,6 +185,6 @@ impl Work {
             clock: CaptureClock::Mapped.code(),
             ..UsImageHeader::of(self.probe.shape())
         };
-        images.send(header.with_device(DEVICE), grey)
+        images.send(header.with_device(DEVICE).turned(ORIENTATION), grey)
     }
 }

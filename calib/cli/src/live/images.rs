@@ -16,6 +16,8 @@ pub(crate) struct Looked {
     pub(crate) seq: u64,
     /// Its size, pixels and beams, or why they are none.
     pub(crate) shape: Result<Shape, String>,
+    /// How its rows and columns run, as its source says, in PLUS's letters; `None` where it does not say.
+    pub(crate) orientation: Option<String>,
     /// Whether `t_capture_ns` is the source's own stamp, and not the image's arrival.
     pub(crate) is_stamped: bool,
     /// The line of a bone, or why there is none.
@@ -34,6 +36,7 @@ impl Looked {
             t_capture_ns: header.t_capture_ns,
             seq: header.seq,
             shape,
+            orientation: header.orientation(),
             is_stamped: header.capture_clock() == Some(CaptureClock::Mapped),
             line: line.and_then(|line| match line.reason() {
                 Some(why) => Err(why),

@@ -85,7 +85,8 @@ impl Calibrated {
     /// The error that all points have by it.
     pub(super) fn shared(&self) -> Shared {
         let of = format!("the probe's calibration {}", self.path.display());
-        Shared::Probe(of, Box::new(self.marker_from_image))
+        let axis_mm = self.images.array.map(|array| array.middle_px() * self.pixel_mm[0]);
+        Shared::Probe(of, Box::new(self.marker_from_image), axis_mm)
     }
 
     /// What images and tool cannot be compared with, in words; refused unless it is accepted.
@@ -160,15 +161,33 @@ impl Calibrated {
         }
     }
 
-    /// What is never compared though the calibration says it, as a run does not tell it; `None` where there is nothing.
-    pub(super) fn never_compared(&self) -> Option<String> {
-        let turned = self.images.orientation.as_ref();
-        turned.map(|turned| {
-            format!(
-                "the probe was calibrated with images turned {turned}, and images of a run do not say how they are turned: that \
-                 nothing was mirrored on the scanner since is for you to see"
-            )
-        })
+    /// Refuses an image that is turned or mirrored against those of the calibration, where both say how they are turned. The third letter
+    /// is of the direction across images.
+    pub(super) fn is_turned_alike(&self, seq: u64, found: Option<&str>) -> Result<(), SurfaceCommandError> {
+        let in_plane = |text: &str| text.chars().take(2).collect::<String>();
+        match (found, self.images.orientation.as_deref()) {
+            (Some(found), Some(expected)) if in_plane(found) != in_plane(expected) => {
+                Err(SurfaceCommandError::OtherOrientation {
+                    seq,
+                    found: found.to_owned(),
+                    expected: expected.to_owned(),
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// That it was not compared how images are turned, and by whom it is not told; `None` where it was. `is_told` is of the images.
+    pub(super) fn not_compared(&self, is_told: bool) -> Option<String> {
+        let who = match (is_told, self.images.orientation.is_some()) {
+            (true, true) => return None,
+            (true, false) => "the probe's calibration does not say how images are turned",
+            (false, true) => "the run's images do not say how they are turned",
+            (false, false) => "neither the run's images nor the probe's calibration say how images are turned",
+        };
+        Some(format!(
+            "{who}: that nothing was mirrored on the scanner since the calibration is for you to see"
+        ))
     }
 
     /// The second line of the file of points.

@@ -77,6 +77,11 @@ pub(crate) enum SurfaceCommandError {
     )]
     OtherImages { seq: u64, what: String },
     #[error(
+        "image {seq} is turned {found}, and the probe was calibrated with images turned {expected}: the picture was mirrored or turned on the \
+         scanner since, or the scene says it wrongly (localizer.images.orientation)"
+    )]
+    OtherOrientation { seq: u64, found: String, expected: String },
+    #[error(
         "{path} does not say {what}: it cannot be compared with what is used. Make it anew (calib probe, calib sweep), or say --unchecked-images \
          where you have seen that nothing was changed since"
     )]

@@ -186,7 +186,7 @@ pub(super) fn shared_words(shared: &Shared) -> String {
     match shared {
         Shared::Unknown => "not told: the errors predicted are without it".to_owned(),
         Shared::Shift(mm) => format!("a shift of all points, {mm} mm along each axis"),
-        Shared::Tip(of, _) | Shared::Probe(of, _) => format!("that of {}", crate::text::shown(of)),
+        Shared::Tip(of, _) | Shared::Probe(of, ..) => format!("that of {}", crate::text::shown(of)),
     }
 }
 

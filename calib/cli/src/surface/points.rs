@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Matrix3x6, Matrix6, Vector3};
 use surface_registration::{Beam, BeamNoise, Points, SharedError, SurfacePoint};
 
 use super::error::SurfaceCommandError;
+use super::mirror::{self, Sounded};
 use crate::input_files::columns::{Layout, Row, Table, TableError};
 use crate::input_files::points_text::{COVARIANCE, SHARED};
 use crate::input_files::source::Source;
@@ -54,6 +55,8 @@ pub(super) struct Measured {
     pub(super) lines: Vec<usize>,
     pub(super) labels: Vec<String>,
     pub(super) shared: Shared,
+    /// The same points as they lie if their images were mirrored, where a probe saw them and it is known about which column that would be.
+    pub(super) mirrored: Option<Points<From>>,
 }
 
 /// What is known of the error that all points share.
@@ -65,8 +68,8 @@ pub(super) enum Shared {
     Shift(f64),
     /// That of a calibration of the tip, named in words.
     Tip(String, Box<Uncertain<Marker, Tool>>),
-    /// That of a calibration of an ultrasound probe, named in words.
-    Probe(String, Box<Uncertain<Marker, Image>>),
+    /// That of a calibration of an ultrasound probe, named in words, and the column about which a scanner mirrors its images, mm.
+    Probe(String, Box<Uncertain<Marker, Image>>, Option<f64>),
 }
 
 /// How points are to be taken where their file leaves it open.
@@ -87,26 +90,31 @@ impl Measured {
         let rows = table.rows(&LAYOUT)?;
         let points = rows.iter().map(|row| of.point(row)).collect::<Result<Vec<_>, _>>()?;
         let lines: Vec<usize> = rows.iter().map(|row| row.line).collect();
+        let mut mirrored = None;
         let shared = match &asked.shared {
             Shared::Unknown => None,
             Shared::Shift(sigma_mm) => Some(shift(*sigma_mm, points.len())),
             Shared::Tip(of, tip) => {
                 let at = tip.transform() * Point::new(0.0, 0.0, 0.0);
                 let off = |place: Point<Marker>| place.distance(at);
-                Some(of_tool((of, tip, "the tip"), off, &table, &rows, &points, asked.path)?)
+                Some(of_tool((of, tip, "the tip"), off, &table, &rows, &points, asked.path)?.0)
             }
-            Shared::Probe(of, image) => {
+            Shared::Probe(of, image, axis_mm) => {
                 let back = image.transform().inverse();
                 // The image is a plane.
                 let off = |place: Point<Marker>| (back * place).mm()[2].abs();
-                Some(of_tool(
-                    (of, image, "the image"),
-                    off,
-                    &table,
-                    &rows,
-                    &points,
-                    asked.path,
-                )?)
+                let of = (of.as_str(), image.as_ref(), "the image");
+                let (shared, poses) = of_tool(of, off, &table, &rows, &points, asked.path)?;
+                mirrored = axis_mm.and_then(|axis_mm| {
+                    let sounded = Sounded {
+                        points: &points,
+                        poses: &poses,
+                        marker_from_image: image.transform(),
+                        axis_mm,
+                    };
+                    mirror::points(&sounded, image.covariance(), asked.held_mm).ok()
+                });
+                Some(shared)
             }
         };
         let labels = rows.iter().map(|row| row.text("on").to_owned()).collect();
@@ -117,6 +125,7 @@ impl Measured {
             lines,
             labels,
             shared: asked.shared,
+            mirrored,
         })
     }
 }
@@ -281,7 +290,7 @@ fn shift(sigma_mm: f64, points: usize) -> SharedError {
 }
 
 /// The error of a tool's calibration (a tip's, a probe's), which every point has by the pose of the marker as it was taken. `off` says by how
-/// much a place in the marker contradicts the calibration, mm, of what it speaks in `what`: points beyond are another tool's.
+/// much a place in the marker contradicts the calibration, mm, of what it speaks in `what`: points beyond are another tool's. The poses come with it.
 fn of_tool<T: Frame>(
     (of, tool, what): (&str, &Uncertain<Marker, T>, &str),
     off: impl Fn(Point<Marker>) -> f64,
@@ -289,7 +298,7 @@ fn of_tool<T: Frame>(
     rows: &[Row<'_>],
     points: &[SurfacePoint<From>],
     path: &Path,
-) -> Result<SharedError, SurfaceCommandError> {
+) -> Result<(SharedError, Vec<Rigid<From, Marker>>), SurfaceCommandError> {
     if !table.has(TURN[0]) {
         return Err(SurfaceCommandError::NoMarkerPoses { path: path.to_owned() });
     }
@@ -310,7 +319,7 @@ fn of_tool<T: Frame>(
         poses.push(pose);
         places.push(place);
     }
-    Ok(SharedError::of_tool(tool.covariance(), &poses, &places))
+    Ok((SharedError::of_tool(tool.covariance(), &poses, &places), poses))
 }
 
 fn marker_pose(row: &Row<'_>) -> Result<Rigid<From, Marker>, TableError> {

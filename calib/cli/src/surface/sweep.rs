@@ -40,8 +40,8 @@ their image and the look of their echo, and count as one. Depth is measured by t
 
 The calibration says which images it is of. Images of another size, depth, array or place of the beams, and a run whose tool has another name, \
 are refused with what was found and expected; where one and the same tool has two names, say --probe-tool. A calibration that does not say one of \
-these is refused as well, unless --unchecked-images takes it; what was not compared is then told on stderr and in the result. That an image \
-was mirrored nothing sees: a run does not say how its images are turned.
+these is refused as well, unless --unchecked-images takes it; what was not compared is then told on stderr and in the result. An image that was \
+mirrored is refused where the run and the calibration both say how images are turned; else it is told that this was not compared.
 
 An image that the calibration does not hold for is left out and named, and the points of the others are kept; where those are not half of all, nothing is \
 registered.
@@ -142,7 +142,6 @@ impl SweepArgs {
         if let Some(probe) = &probe {
             let unchecked = probe.unchecked(self.unchecked_images)?;
             warnings.extend(unchecked.map(|what| format!("the probe's calibration does not say {what}: not compared")));
-            warnings.extend(probe.never_compared());
         }
         let scened = SceneContext::open(&self.live.of)?;
         let bone = self.of.bone()?;
@@ -179,6 +178,10 @@ impl SweepArgs {
         let heard = run.listen(seconds, Some(&told))?;
         if probe.is_some() && heard.images.is_empty() {
             return Err(SurfaceCommandError::NoImages { seconds }.into());
+        }
+        if let Some(probe) = &probe {
+            let is_told = heard.images.iter().all(|image| image.orientation.is_some());
+            asked.warnings.extend(probe.not_compared(is_told));
         }
         let taken = way.taken(&heard, frame);
         asked.warnings.extend(self.keep(&asked, &bone, taken)?);

@@ -1,6 +1,6 @@
 //! `calib surface` as it is typed, on a bone whose pose is planted.
 
-mod bone;
+pub(super) mod bone;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -118,6 +118,18 @@ impl Mapping {
         self.conclude(placed, step.or(arrived), arrival_ns)
     }
 
+    /// When something was captured that the device stamped `device_ns` by the same clock and that arrived at `arrival_ns`, and how wrong that
+    /// may be, ns: by the law of the frames alone, which learns nothing of it. Of images, which come later than the frames of their time.
+    /// `None` where frames are not mapped either, and where the stamp lies ahead of the law or more than `most_late_ns` behind it:
+    /// it is none of this clock.
+    pub fn capture_of(&self, device_ns: i64, arrival_ns: i64, most_late_ns: i64) -> Option<(i64, i64)> {
+        let (late, uncertain) = self.lawful(device_ns, arrival_ns).ok()?;
+        let is_of_clock = device_ns > 0 && late >= -AHEAD_NS && late <= most_late_ns as f64;
+        let late = late.max(0.0).round() as i64;
+        let capture = arrival_ns.saturating_sub(late).saturating_sub(self.least_delay_ns);
+        (is_of_clock && uncertain <= Self::WIDEST_NS).then_some((capture, uncertain))
+    }
+
     /// What is known by now.
     pub fn status(&self) -> Status {
         Status {
@@ -223,8 +235,8 @@ impl Mapping {
         by_ns
     }
 
-    /// Where the law puts a frame and how surely, or why it does not.
-    fn place(&self, device_ns: i64, arrival_ns: i64) -> Result<(i64, i64), Reason> {
+    /// How late something came by the law, and how wrong that may be, ns; or why nothing is known.
+    fn lawful(&self, device_ns: i64, arrival_ns: i64) -> Result<(f64, i64), Reason> {
         if self.told.is_unsteady(arrival_ns) {
             return Err(Reason::Unsteady);
         }
@@ -235,11 +247,16 @@ impl Mapping {
         if self.ahead.frames() > 1 {
             return Err(Reason::Ahead);
         }
-        let late = self.law.late(device_ns, arrival_ns).max(0.0).round() as i64;
-        let capture = arrival_ns.saturating_sub(late);
         let uncertain = (self.law.uncertain().ceil() as i64)
             .saturating_add(self.stamps.grain_ns())
             .saturating_add(self.doubt_ns(arrival_ns));
+        Ok((self.law.late(device_ns, arrival_ns), uncertain))
+    }
+
+    /// Where the law puts a frame and how surely, or why it does not.
+    fn place(&self, device_ns: i64, arrival_ns: i64) -> Result<(i64, i64), Reason> {
+        let (late, uncertain) = self.lawful(device_ns, arrival_ns)?;
+        let capture = arrival_ns.saturating_sub(late.max(0.0).round() as i64);
         // The law moves a little as frames come; a capture does not go back for that.
         let earliest = self.last.map_or(capture, |(_, last)| last);
         let raised = earliest.saturating_sub(capture).max(0);

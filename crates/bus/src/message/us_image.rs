@@ -10,7 +10,7 @@ use super::{CaptureClock, field_text, text_field};
 /// On the wire: numbers only. Read it through [`UsImageHeader::shape`].
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/UsImageHeader/1")]
+#[type_name("trocar/UsImageHeader/2")]
 pub struct UsImageHeader {
     /// Counts the images of a run from 0.
     pub seq: u64,
@@ -40,9 +40,12 @@ pub struct UsImageHeader {
     pub height: u32,
     /// The scanner's name, UTF-8, zeros behind: read it through [`UsImageHeader::device_name`].
     pub device: [u8; 32],
+    /// How rows and columns run, in PLUS's letters (`MF`), zeros behind; nothing where the source does not say: read it through
+    /// [`UsImageHeader::orientation`].
+    pub turned: [u8; 8],
 }
 
-const _: () = assert!(size_of::<UsImageHeader>() == 144 && align_of::<UsImageHeader>() == 8);
+const _: () = assert!(size_of::<UsImageHeader>() == 152 && align_of::<UsImageHeader>() == 8);
 
 /// Why an image's numbers are none.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -147,6 +150,20 @@ impl UsImageHeader {
     pub fn with_device(self, name: &str) -> Self {
         Self {
             device: text_field(name),
+            ..self
+        }
+    }
+
+    /// How rows and columns run, as the source says, in PLUS's letters; `None` where it does not say.
+    pub fn orientation(&self) -> Option<String> {
+        Some(field_text(&self.turned)).filter(|text| !text.is_empty())
+    }
+
+    /// The same with how rows and columns run, as far as it fits.
+    #[must_use]
+    pub fn turned(self, orientation: &str) -> Self {
+        Self {
+            turned: text_field(orientation),
             ..self
         }
     }

@@ -158,3 +158,69 @@ fn tools_of_ndi_carry_the_emitters_of_the_tracker() {
     );
     assert!(error.unwrap_err().to_string().contains("no single markers"));
 }
+
+/// A table `[localizer.images]` with these keys behind a name and an orientation.
+fn images(keys: &str) -> Result<Scene, String> {
+    parsed(&format!(
+        "[localizer]\nkind = \"openigtlink\"\naddress = \"a:1\"\n[localizer.images]\nname = \"Image\"\n{keys}"
+    ))
+}
+
+#[test]
+fn images_of_the_peer_say_how_they_are_turned_and_all_of_their_beams_or_nothing() {
+    let of = |keys: &str| match images(keys).unwrap().localizer.unwrap().link {
+        LinkSpec::OpenIgtLink(link) => link.images.unwrap(),
+        LinkSpec::Ndi(link) => panic!("{link:?}"),
+    };
+    let least = of("orientation = \"MF\"");
+    assert_eq!((least.pixel_mm, least.shown), (None, None));
+    let linear = of("orientation = \"UFA\"\npixel_mm = [0.1, 0.2]\ndepth_mm = 40\nlinear_mm = [0.5, 38, 1]");
+    let beams = ShownBeams::Linear {
+        from_mm: 0.5,
+        to_mm: 38.0,
+        face_mm: 1.0,
+    };
+    assert_eq!(linear.shown, Some((40.0, beams)));
+    let convex = "convex = { centre_mm = [50, -40], radius_mm = 60, half_angle_deg = 30 }";
+    let curved = of(&format!("orientation = \"MF\"\ndepth_mm = 80\n{convex}"));
+    assert!(
+        matches!(curved.shown, Some((80.0, ShownBeams::Convex { half_angle_rad, .. })) if (half_angle_rad - 0.5236).abs() < 1e-4)
+    );
+    let both = format!("orientation = \"MF\"\ndepth_mm = 8\nlinear_mm = [0, 9, 0]\n{convex}");
+    for (keys, words) in [
+        ("", "orientation"),
+        ("orientation = \"mf\"", "localizer.images.orientation: found \"mf\""),
+        ("orientation = \"MU\"", "localizer.images.orientation"),
+        ("orientation = \"M\"", "localizer.images.orientation"),
+        (
+            "orientation = \"MF\"\npixel_mm = [0.1, nan]",
+            "localizer.images.pixel_mm",
+        ),
+        (
+            "orientation = \"MF\"\npixel_mm = [0.0001, 0.0001]",
+            "localizer.images.pixel_mm",
+        ),
+        (
+            "orientation = \"MF\"\ndepth_mm = 40",
+            "half of what says where beams run",
+        ),
+        (
+            "orientation = \"MF\"\nlinear_mm = [0, 9, 0]",
+            "half of what says where beams run",
+        ),
+        (
+            "orientation = \"MF\"\ndepth_mm = 40\nlinear_mm = [9, 9, 0]",
+            "localizer.images.linear_mm",
+        ),
+        (
+            "orientation = \"MF\"\ndepth_mm = 4000\nlinear_mm = [0, 9, 0]",
+            "localizer.images.depth_mm",
+        ),
+        (both.as_str(), "two arrays"),
+    ] {
+        let error = images(keys).unwrap_err();
+        assert!(error.contains(words), "{keys}: {error}");
+    }
+    let ndi = "[localizer]\nkind = \"ndi\"\naddress = \"a:1\"\n[localizer.images]\nname = \"I\"\norientation = \"MF\"";
+    assert!(parsed(ndi).unwrap_err().contains("localizer.images"));
+}

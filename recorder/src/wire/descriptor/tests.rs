@@ -343,6 +343,7 @@ fn an_ultrasound_image_is_read_by_the_schema() {
         array: 108,
         clock: 109,
         device: vec![66],
+        orientation: "MF".to_owned(),
     };
     let read = fields(RAW_IMAGE, "foxglove.RawImage", &image.encode_to_vec());
     for (name, value) in [
@@ -363,6 +364,7 @@ fn an_ultrasound_image_is_read_by_the_schema() {
         ("array", "108"),
         ("clock", "109"),
         ("device", "\"B\""),
+        ("orientation", "\"MF\""),
     ] {
         assert_eq!(read[name], value, "{name}");
     }

@@ -72,6 +72,9 @@ pub struct RawImage {
     /// See [`UsImageHeader::device`].
     #[prost(bytes = "vec", tag = "110")]
     pub device: Vec<u8>,
+    /// See [`UsImageHeader::orientation`]: at most 8 bytes; nothing in recordings that are older.
+    #[prost(string, tag = "111")]
+    pub orientation: String,
 }
 
 const GREY: &str = "mono8";
@@ -98,6 +101,7 @@ impl From<&UsFrame> for RawImage {
             array: header.array,
             clock: header.clock,
             device: header.device.to_vec(),
+            orientation: header.orientation().unwrap_or_default(),
         }
     }
 }
@@ -122,6 +126,8 @@ impl TryFrom<RawImage> for UsFrame {
         length("pixel_mm", 2, image.pixel_mm.len())?;
         length("beams", 4, image.beams.len())?;
         length("device", 32, image.device.len())?;
+        let turned = image.orientation.len();
+        length("orientation", turned.min(8), turned)?;
         let header = UsImageHeader {
             seq,
             t_device_ns: image.t_device_ns,
@@ -136,7 +142,9 @@ impl TryFrom<RawImage> for UsFrame {
             width: image.width,
             height: image.height,
             device: std::array::from_fn(|i| image.device[i]),
-        };
+            ..UsImageHeader::default()
+        }
+        .turned(&image.orientation);
         Ok(Self {
             header,
             grey: image.data,
@@ -178,7 +186,7 @@ mod tests {
             ..UsImageHeader::default()
         };
         UsFrame {
-            header: header.with_device("Ultrasonix"),
+            header: header.with_device("Ultrasonix").turned("MFA"),
             grey: vec![0, 1, 127, 128, 254, 255],
         }
     }
@@ -209,6 +217,11 @@ mod tests {
             ..good.clone()
         };
         assert!(words(huge).contains("data"));
+        let turned = RawImage {
+            orientation: "MFMFMFMFM".to_owned(),
+            ..good.clone()
+        };
+        assert!(words(turned).contains("orientation"));
         let other = RawImage {
             pixel_mm: Vec::new(),
             ..good

@@ -43,6 +43,16 @@ impl ArrayRecord {
         }
     }
 
+    /// The column about which the beams lie alike to both sides.
+    pub(crate) fn middle_px(&self) -> f64 {
+        match self {
+            Self::Linear { from_px, to_px, .. } => 0.5 * (from_px + to_px),
+            Self::Curved {
+                centre_px: [column, _], ..
+            } => *column,
+        }
+    }
+
     /// That of an image.
     pub(crate) fn of(shape: &Shape) -> Self {
         let [u, v] = shape.pixel_mm();

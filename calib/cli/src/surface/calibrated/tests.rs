@@ -125,7 +125,25 @@ fn what_a_calibration_does_not_say_is_refused_unless_it_is_accepted() {
             .contains("does not say the depth")
     );
     // How the image is turned no run says: told, never silent.
-    assert!(calibrated(images()).never_compared().unwrap().contains("turned MF"));
+    let own = calibrated(images());
+    assert_eq!(own.not_compared(true), None);
+    assert!(
+        own.not_compared(false)
+            .unwrap()
+            .starts_with("the run's images do not say")
+    );
+    let unsaid = calibrated(ImagesRecord::default());
+    assert!(
+        unsaid
+            .not_compared(true)
+            .unwrap()
+            .starts_with("the probe's calibration")
+    );
+    assert!(unsaid.not_compared(false).unwrap().starts_with("neither"));
+    assert!(own.is_turned_alike(7, Some("MFA")).is_ok() && own.is_turned_alike(7, None).is_ok());
+    for turned in ["UF", "MN", "FM"] {
+        assert!(own.is_turned_alike(7, Some(turned)).is_err(), "{turned}");
+    }
 }
 
 #[test]

@@ -45,6 +45,8 @@ pub(super) fn look(path: &Path, shape: &Shape, with_picture: bool) -> Result<See
             t_capture_ns: 0,
             seq: u64::from(number),
             shape: Ok(*shape),
+            // Sequences are read in the orientation MF alone.
+            orientation: None,
             is_stamped: true,
             line: match line.reason() {
                 None => Ok(line),

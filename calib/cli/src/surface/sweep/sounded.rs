@@ -140,6 +140,7 @@ impl Sounding<'_> {
             .as_ref()
             .map_err(|why| SurfaceCommandError::NoShape { seq, why: why.clone() })?;
         self.probe.holds_for(seq, shape)?;
+        self.probe.is_turned_alike(seq, image.orientation.as_deref())?;
         if image.shape != first.shape {
             return Err(SurfaceCommandError::OtherShape { seq });
         }
@@ -252,6 +253,7 @@ mod tests {
             t_capture_ns: 0,
             seq: 7,
             shape: Ok(Shape::new([200, 300], [pixel_mm; 2], beams, depth_mm).unwrap()),
+            orientation: None,
             is_stamped: true,
             line: Err("nothing".to_owned()),
         }
@@ -276,6 +278,24 @@ mod tests {
             ..looked(30.0, 0.1)
         };
         assert!(words(&unstamped).contains("stamped by its arrival"));
+        let turned = calibrated(ImagesRecord {
+            orientation: Some("MF".to_owned()),
+            ..ImagesRecord::default()
+        });
+        let turned = Sounding {
+            probe: &turned,
+            ..sounding
+        };
+        let mirrored = Looked {
+            orientation: Some("UF".to_owned()),
+            ..looked(30.0, 0.1)
+        };
+        let found = turned.check(&mirrored, &first).unwrap_err().to_string();
+        assert!(
+            found.contains("image 7 is turned UF") && found.contains("MF"),
+            "{found}"
+        );
+        assert!(sounding.check(&mirrored, &first).is_ok() && turned.check(&first, &first).is_ok());
         let unknown = Looked {
             shape: Err("its source does not say".to_owned()),
             ..looked(30.0, 0.1)

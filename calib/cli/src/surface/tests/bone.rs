@@ -6,7 +6,7 @@ use exchange::mesh::{Mesh, MeshFormat, write};
 use geometry::{Ct, Point, Rigid, Tracker, Vector};
 
 /// Deviation of the points along each axis, mm.
-pub(super) const NOISE_MM: f64 = 0.3;
+pub(in crate::surface) const NOISE_MM: f64 = 0.3;
 /// Cuts of an octahedron's edge.
 const CUTS: u32 = 40;
 
@@ -18,7 +18,7 @@ pub(super) struct Planted {
 }
 
 /// The bone's radius in a direction, mm: a ball with bumps that no turn and no mirror brings back.
-fn radius_mm([x, y, z]: [f64; 3]) -> f64 {
+pub(in crate::surface) fn radius_mm([x, y, z]: [f64; 3]) -> f64 {
     40.0 + 9.0 * x * y + 8.0 * x * z * z - 6.0 * y * y * z + 7.0 * x - 5.0 * y + 4.0 * x * y * z
 }
 
@@ -109,7 +109,7 @@ impl Planted {
 }
 
 /// Each face of an octahedron cut into smaller ones, all blown up to the bone's radius.
-fn mesh() -> Mesh {
+pub(in crate::surface) fn mesh() -> Mesh {
     let mut mesh = Mesh::default();
     for octant in 0..8_u32 {
         let sign = [0, 1, 2].map(|k| if octant >> k & 1 == 1 { -1.0 } else { 1.0 });

@@ -265,3 +265,39 @@ proptest! {
         }
     }
 }
+
+/// What bears a stamp of the same clock and comes later is placed by the law, and the law learns nothing of it: an image's stamp is that
+/// of a frame that is long past, and must not look like a clock that was set back.
+#[test]
+fn an_image_is_placed_by_the_law_of_the_frames_and_leaves_it_alone() {
+    let most_late = 2_000 * MS;
+    let mut mapping = mapping();
+    assert_eq!(mapping.capture_of(START, 0, most_late), None, "nothing is known");
+    let all = run(&mut mapping, 0..300, |k| START + k * PERIOD);
+    for behind in [0, 3, 60, 119] {
+        let k = 299 - behind;
+        let (at, uncertain) = mapping.capture_of(START + k * PERIOD, 299 * PERIOD, most_late).unwrap();
+        let own = all[k as usize];
+        assert!(
+            (at - own.capture_ns).abs() <= 20_000,
+            "{behind}: {} ns",
+            at - own.capture_ns
+        );
+        assert!((1..MS).contains(&uncertain), "{uncertain}");
+    }
+    // Of another clock: too late by the law, ahead of it, and none.
+    for stamp in [
+        START + 299 * PERIOD - 2_001 * MS,
+        START + 299 * PERIOD + 4 * MS,
+        0,
+        -1,
+        i64::MAX,
+        i64::MIN,
+    ] {
+        assert_eq!(mapping.capture_of(stamp, 299 * PERIOD, most_late), None, "{stamp}");
+    }
+    let mut alone = self::mapping();
+    run(&mut alone, 0..300, |k| START + k * PERIOD);
+    let next = (START + 300 * PERIOD, 300 * PERIOD);
+    assert_eq!(mapping.map(next.0, next.1), alone.map(next.0, next.1));
+}
