@@ -144,7 +144,7 @@ fn calibration() -> ProbeFile {
 /// A change to what the calibration says of its images, and the words of the refusal.
 type Changed = (fn(&mut ProbeFile), &'static str);
 
-fn refused_images() -> [Changed; 4] {
+fn refused_images() -> [Changed; 5] {
     fn images(file: &mut ProbeFile) -> &mut ImagesRecord {
         file.images.as_mut().unwrap()
     }
@@ -157,6 +157,10 @@ fn refused_images() -> [Changed; 4] {
         (
             |file| images(file).tool = Some("needle".to_owned()),
             "is the calibration of the tool \"needle\"",
+        ),
+        (
+            |file| images(file).orientation = Some("UF".to_owned()),
+            "is turned MF, and the probe was calibrated with images turned UF",
         ),
         (|file| file.images = None, "--unchecked-images"),
     ]
