@@ -2,12 +2,12 @@
 //! glides over his skin, bone in its images, registration.
 //!
 //! ```text
-//! cargo bench --bench probe_walk -- [seeds] [--first SEED] [--pictures FOLDER]
+//! cargo bench --bench probe_walk -- [seeds] [--first SEED] [--images COUNT] [--pictures FOLDER]
 //! ```
 //!
 //! For each seed another patient, another hand, another speed of sound, another noise, and another error of the probe's calibration,
 //! drawn from what is told of it. Printed are the error at the patient's five nodes beside the one predicted, how far the points lie from
-//! the true bone, and what it took; at the end medians, the worst, and how many were refused or wrong.
+//! the true bone, what it took, and what becomes of the sweep where the scanner mirrored its picture since; `--images` sweeps no further than that many images; at the end medians, the worst, and how many were refused or wrong.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -20,9 +20,9 @@ mod sounding;
 mod sweep;
 
 use bus::clock::monotonic_ns;
-use geometry::{Ct, Point};
+use geometry::{Ct, Point, Tracker};
 use phantom::Phantom;
-use surface_registration::{Field, Limits, Options, Spacing, Start, Surface, register};
+use surface_registration::{Field, Limits, Options, Spacing, Start, Surface, SurfaceRegistration, register};
 use sweep::{Sweep, Swept};
 
 fn main() {
@@ -36,12 +36,13 @@ fn main() {
     let seeds: u64 = args.first().and_then(|a| a.parse().ok()).unwrap_or(50);
     let first: u64 = after("--first").and_then(|a| a.parse().ok()).unwrap_or(1);
     println!(
-        "| seed | images, with bone | points: off the true bone mm (bias, scatter, told; far) | TRE mm | predicted | offset, speed % | verdict | s: sound, find, register |"
+        "| seed | images, with bone | points: off the true bone mm (bias, scatter, told; far) | TRE mm | predicted | offset, speed % | verdict | mirrored picture: costs more, TRE mm, verdict | s: sound, find, register |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let mut walks = Vec::new();
     for seed in first..first + seeds {
-        let walk = walk(seed, after("--pictures").map(String::as_str));
+        let images = after("--images").and_then(|a| a.parse().ok()).unwrap_or(usize::MAX);
+        let walk = walk(seed, images, after("--pictures").map(String::as_str));
         println!("{}", walk.line(seed));
         walks.push(walk);
     }
@@ -61,35 +62,58 @@ struct Walk {
     speed: f64,
     refused: Option<String>,
     register_s: f64,
+    mirrored: Mirrored,
 }
 
-fn walk(seed: u64, pictures: Option<&str>) -> Walk {
+/// The same sweep by a scanner that mirrored its picture since the probe was calibrated.
+struct Mirrored {
+    /// By how much it costs more, squares of deviations.
+    margin: f64,
+    tre_mm: f64,
+    /// Why it is refused by everything but the comparison with the other picture.
+    refused: Option<String>,
+}
+
+fn walk(seed: u64, images: usize, pictures: Option<&str>) -> Walk {
     let patient = Phantom::new(seed);
     let bone = ct::pelvis(&patient);
     let triangles: Vec<[f64; 3]> = bone.places.iter().map(|place| place.mm.into()).collect();
     let surface = Surface::<Ct>::new(&triangles, &bone.triangles).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
-    let swept = Sweep::of(&patient, seed).go(pictures);
+    let swept = Sweep::of(&patient, seed, images).go(pictures);
     let began = monotonic_ns();
     let mut options = Options::default();
     options.priors.bone_mm = bone.deviation_rms_mm().max(0.05);
     let found = register(&surface, &field, &swept.points, &Start::Nothing, &options).unwrap();
     let register_s = seconds_since(began);
     let targets: Vec<Point<Ct>> = patient.targets().iter().map(|target| target.centre).collect();
-    let off = targets.iter().map(|target| {
-        let there = swept.tracker_from_ct * *target;
-        (found.transform.transform() * there).distance(*target).powi(2)
-    });
     let count = targets.len() as f64;
     let predicted = targets.iter().map(|target| found.predicted_tre_mm(*target).powi(2));
     let refusals = Limits::default().judge(&found, &targets);
+    let turned = register(&surface, &field, &swept.mirrored, &Start::Nothing, &options).unwrap();
+    let off = |found: &SurfaceRegistration<Ct, Tracker>| {
+        let each = targets.iter().map(|target| {
+            let there = swept.tracker_from_ct * *target;
+            (found.transform.transform() * there).distance(*target).powi(2)
+        });
+        (each.sum::<f64>() / targets.len() as f64).sqrt()
+    };
+    let mirrored = Mirrored {
+        margin: turned.cost - found.cost,
+        tre_mm: off(&turned),
+        refused: Limits::default()
+            .judge(&turned, &targets)
+            .first()
+            .map(ToString::to_string),
+    };
     Walk {
-        tre_mm: (off.sum::<f64>() / count).sqrt(),
+        tre_mm: off(&found),
         predicted_mm: (predicted.sum::<f64>() / count).sqrt(),
         offset_mm: found.offset_mm,
         speed: found.depth_scale,
         refused: refusals.first().map(ToString::to_string),
         register_s,
+        mirrored,
         swept,
     }
 }
@@ -99,7 +123,7 @@ impl Walk {
         let swept = &self.swept;
         let [bias, scatter, told] = swept.off_mm;
         format!(
-            "| {seed} | {}, {} | {}: {bias:.2}, {scatter:.2}, {told:.2}; {:.3} | {:.2} | {:.2} | {:.2}, {:.2} of {:.2} | {} | {:.2}, {:.2}, {:.2} |",
+            "| {seed} | {}, {} | {}: {bias:.2}, {scatter:.2}, {told:.2}; {:.3} | {:.2} | {:.2} | {:.2}, {:.2} of {:.2} | {} | {:.0}, {:.1}, {} | {:.2}, {:.2}, {:.2} |",
             swept.images,
             swept.with_bone,
             swept.points.points().len(),
@@ -110,6 +134,9 @@ impl Walk {
             100.0 * self.speed,
             100.0 * (swept.speed - 1.0),
             self.refused.as_deref().unwrap_or("taken"),
+            self.mirrored.margin,
+            self.mirrored.tre_mm,
+            self.mirrored.refused.as_deref().unwrap_or("taken"),
             swept.seconds[0],
             swept.seconds[1],
             self.register_s
@@ -118,6 +145,27 @@ impl Walk {
 }
 
 fn summary(walks: &[Walk]) {
+    let margins = walks.iter().map(|walk| walk.mirrored.margin);
+    let are_taken = |walk: &&Walk| walk.mirrored.refused.is_none();
+    println!(
+        "mirrored pictures: the least costs {:.0} more; {} of {} would be taken, {} of them with less than {} more",
+        margins.fold(f64::INFINITY, f64::min),
+        walks.iter().filter(are_taken).count(),
+        walks.len(),
+        walks
+            .iter()
+            .filter(are_taken)
+            .filter(|walk| walk.mirrored.margin < Limits::default().least_margin)
+            .count(),
+        Limits::default().least_margin,
+    );
+    let in_doubt = walks
+        .iter()
+        .filter(|walk| walk.refused.is_none() && walk.mirrored.margin < Limits::default().least_margin);
+    println!(
+        "right pictures that were taken and whose mirror image costs less than that more: {}",
+        in_doubt.count()
+    );
     let taken: Vec<&Walk> = walks.iter().filter(|walk| walk.refused.is_none()).collect();
     let mut tre: Vec<f64> = taken.iter().map(|walk| walk.tre_mm).collect();
     tre.sort_by(f64::total_cmp);

@@ -43,6 +43,8 @@ pub(crate) struct Sweep<'a> {
 /// What a sweep gave.
 pub(crate) struct Swept {
     pub(crate) points: Points<Tracker>,
+    /// The same as the scanner would have shown them mirrored.
+    pub(crate) mirrored: Points<Tracker>,
     pub(crate) tracker_from_ct: Rigid<Tracker, Ct>,
     pub(crate) images: usize,
     pub(crate) with_bone: usize,
@@ -64,7 +66,7 @@ fn small<A: geometry::Frame, B: geometry::Frame>([mm, rad]: [f64; 2], chance: &C
 }
 
 impl<'a> Sweep<'a> {
-    pub(crate) fn of(patient: &'a Phantom, seed: u64) -> Self {
+    pub(crate) fn of(patient: &'a Phantom, seed: u64, images: usize) -> Self {
         let chance = Chance::new(seed, 0);
         let speed = 1.0 + SPEED * chance.normal(50);
         let spec = Spec {
@@ -83,6 +85,7 @@ impl<'a> Sweep<'a> {
             places: crate::sounding::places(patient, seed)
                 .into_iter()
                 .step_by(EVERY)
+                .take(images)
                 .collect(),
             probe: SimulatedProbe::new(spec, seed).unwrap(),
             chance,
@@ -101,7 +104,8 @@ impl<'a> Sweep<'a> {
             Rigid::from_rotation_vector(turn, Vector::new(30.0, 45.0, -110.0)).unwrap();
         let true_image: Rigid<Probe, Image> = probe_from_tool * self.probe.image_on_tool().unwrap();
         let told_image = small::<Probe, Probe>(CALIBRATION, &self.chance, 60) * true_image;
-        let (mut taken, mut offs, mut with_bone, mut seconds) = (Vec::new(), Vec::new(), 0, [0.0; 2]);
+        let (mut taken, mut turned, mut offs, mut with_bone, mut seconds) =
+            (Vec::new(), Vec::new(), Vec::new(), 0, [0.0; 2]);
         for (number, place) in (0..).zip(self.places.clone()) {
             let line = self.look(place, number, (pictures, &mut seconds));
             with_bone += usize::from(!line.points.is_empty());
@@ -109,12 +113,14 @@ impl<'a> Sweep<'a> {
             let pose = tracker_from_ct * place * probe_from_tool.inverse() * small::<Probe, Probe>(POSE, &draw, 0);
             for point in apart(&line) {
                 taken.push(seen(point, pose, told_image));
+                turned.push(seen(&mirrored(point, self.probe.shape()), pose, told_image));
                 offs.push([self.off_mm(point, place), point.axial_mm]);
             }
         }
         let images = self.places.len();
         Swept {
             points: points(&taken),
+            mirrored: points(&turned),
             tracker_from_ct,
             images,
             with_bone,
@@ -168,6 +174,18 @@ fn apart(line: &BoneLine) -> Vec<&BonePoint> {
         }
     }
     kept
+}
+
+/// A point where a scanner that mirrors its picture shows it.
+fn mirrored(point: &BonePoint, shape: &ultrasound::Shape) -> BonePoint {
+    let mut point = *point;
+    let middle = match shape.beams() {
+        ultrasound::Beams::Linear { from_mm, to_mm, .. } => 0.5 * (from_mm + to_mm),
+        ultrasound::Beams::Convex { centre_mm, .. } => centre_mm[0],
+    };
+    point.place_mm[0] = 2.0 * middle - point.place_mm[0];
+    point.beam.direction[0] *= -1.0;
+    point
 }
 
 /// A point of the bone, with the pose of the probe and its place on it.

@@ -140,7 +140,11 @@ impl Advice<'_> {
         }
         // By the very way of the result: what is told meanwhile has the errors that points share, and its conditions.
         let source = Source::from_bytes(&self.asked.points, text.into_bytes()).map_err(TableError::from)?;
-        let made = make(self.bone, self.asked, source)?;
+        let mut made = make(self.bone, self.asked, source)?;
+        // As long again as the registration itself: only where nothing else is left to say.
+        if made.against().is_empty() {
+            made.look_for_a_mirror();
+        }
         let tre = made.targets.iter().map(|target| made.found.predicted_tre_mm(*target));
         let worst = tre.fold(0.0, f64::max);
         let verdict = match made.against().first() {
