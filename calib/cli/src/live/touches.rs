@@ -30,10 +30,13 @@ pub(crate) fn comment<F>(tool: &str, frame: &str, tip: &Uncertain<Marker, F>) ->
     format!("{PLACES}{tool}{IN}{frame}{MM}{CALIBRATION}{}", calibration_id(tip))
 }
 
+/// Which root of a covariance `u1x` to `u3z` are: files of before the symmetric one are of other numbers, and by that of another name.
+const ROOT: f64 = 2.0;
+
 /// The name of a calibration of a tip, made of its numbers: what is touched with the same one errs by the same numbers.
 pub(crate) fn calibration_id<F>(tip: &Uncertain<Marker, F>) -> String {
     let rigid = tip.transform();
-    let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper()].concat();
+    let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper(), &[ROOT]].concat();
     format!("{:016x}", scene::registration_id(&numbers))
 }
 
