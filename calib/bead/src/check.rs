@@ -51,7 +51,7 @@ pub struct Checked {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TipParts {
     /// What three normal numbers of deviation 1 move the true transform against the registration's by
-    /// ([`calib::registration::Propagated::shared`]); `None`: not known.
+    /// ([`calib::registration::Propagated::shared`]); `None`: not known, and what its covariance has of it stays in the radius.
     pub registration: Option<Matrix6x3<f64>>,
     /// What they move the touched point by, mm; `None`: not known.
     pub touch: Option<Matrix3<f64>>,

@@ -25,7 +25,7 @@ The error is where the registration places the touched point, minus where it is,
 
 The predicted radius holds 95 % of errors where nothing has moved, by the covariance of the registration and those of the \
 touched and the known point. The tip's calibration is in registration and touch alike where both are with the same one, and \
-cancels: what is left of it counts. Where that is not known it counts for nothing: the check is then the stricter, and says so. \
+cancels: what is left of it counts. Where that is not known, what is told of it counts for nothing: the check is then the stricter, and says so. \
 --max-mm is vouched for by the larger radius, in which nothing cancels.
 
 --touches takes a file of one touch by calib touch, with its covariance and its calibration; --touched is a place alone.

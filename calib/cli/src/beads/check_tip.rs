@@ -101,7 +101,13 @@ pub(super) fn words(file: &RegistrationFile, touch: &Touch, parts: &TipParts) ->
             return "the same calibration in registration and touch: it cancels, and what is left of it counts"
                 .to_owned();
         }
-        (None, _) => "the registration does not tell it apart",
+        (None, _) if file.shared.is_some() => "the registration is without it",
+        // Nothing can be taken off a covariance that may have it or not.
+        (None, _) => {
+            return "the registration does not tell it apart: what its covariance has of it is counted, and the check is as much the \
+                    looser; the touch's counts for nothing"
+                .to_owned();
+        }
         (_, None) => "the touch does not tell it apart",
         _ if calibration.is_some() && touch.calibration.is_some() => {
             "registration and touch are with different calibrations"
