@@ -62,7 +62,7 @@ pub use method::Method;
 pub use moments::Moments;
 pub use pairs::Pairs;
 pub use planar::{PlanarFit, fit_planar};
-pub use propagated::{PairError, chi_squared, propagated, rms_at};
+pub use propagated::{PairError, Propagated, chi_squared, propagated, rms_at};
 pub use register::{Registration, register};
 pub use robust::{Robust, register_robust};
 pub use scaled::{Scaled, fit_scaled};

@@ -320,23 +320,17 @@ impl Work<'_> {
         let known =
             found(beads, place).ok_or_else(|| failed("the bead to be checked was not found in the CT".to_owned()))?;
         let touch = practice::touch(place, 40);
-        let touched = self
-            .touch(room, prepared, &touch, ("known", "reference", "known.csv"), "tool.json")
+        self.touch(room, prepared, &touch, ("known", "reference", "known.csv"), "tool.json")
             .map_err(Refused::at(Step::Check))?;
         let dials = &self.stratum.dials;
-        // The deviation along an axis of the touch's own error, and how far a hand is off the point.
-        let stated = (touched.rms_mm() / 3.0_f64.sqrt())
-            .hypot(dials.touch.stated_mm)
-            .to_string();
+        let stated = dials.touch.stated_mm.to_string();
         let (registration, most) = (self.named("registration.json"), dials.check_max_mm.to_string());
-        let (known, touched) = (
-            format!("--known={}", listed(known)),
-            format!("--touched={}", listed(touched.point())),
-        );
+        let (known, touched) = (format!("--known={}", listed(known)), self.named("known.csv"));
         let words = [
             "check",
             &registration,
             &known,
+            "--touches",
             &touched,
             "--touch-mm",
             &stated,

@@ -181,9 +181,11 @@ impl<'a> Follower<'a> {
 
     /// What the operator reads of it.
     fn words(&self) -> String {
-        match self.constants.reason() {
-            Some(reason) => format!("{}: {reason}", self.status.words()),
-            None => self.status.words().to_owned(),
+        let words = self.status.words();
+        match (self.constants.reason(), self.constants.warning()) {
+            (Some(reason), _) => format!("{words}: {reason}"),
+            (None, Some(warning)) => format!("{words}: {warning}"),
+            (None, None) => words.to_owned(),
         }
     }
 

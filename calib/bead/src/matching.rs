@@ -23,13 +23,13 @@ mod search;
 mod spread;
 
 use geometry::{Ct, Frame, Point};
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::Matrix3;
 
 use deviations::Deviations;
 pub use error::{Pairing, Refused};
 use search::{Solution, solutions};
 
-use calib::registration::{Method, Noise, Pairs, Registration, propagated, register, rms_at};
+use calib::registration::{Method, Noise, Pairs, Propagated, Registration, propagated, register, rms_at};
 
 /// Deviations of a difference of distances within which it counts as none.
 const AGREE_DEVIATIONS: f64 = 4.5;
@@ -81,8 +81,9 @@ pub struct Matched<F: Frame> {
     pub registration: Registration<Ct, F>,
     /// The noise of a pair that was assumed; the root mean square of the pairs' where touches state theirs.
     pub noise: Noise,
-    /// Covariance of the registration: by [`propagated`], where touches state theirs; `None` where none does.
-    pub covariance: Option<Matrix6<f64>>,
+    /// Covariance of the registration, and what touches share in it: by [`propagated`], where touches state their errors; `None`
+    /// where none does.
+    pub propagated: Option<Propagated>,
     /// `sum |r|^2 / sigma^2` and the greatest value accepted.
     pub chi_squared: [f64; 2],
     /// Branches of the search.
@@ -98,8 +99,8 @@ impl<F: Frame> Matched<F> {
 
     /// Root mean square error predicted at a target, mm.
     pub fn predicted_tre_mm(&self, target: Point<Ct>) -> f64 {
-        match &self.covariance {
-            Some(covariance) => rms_at(covariance, target),
+        match &self.propagated {
+            Some(of) => rms_at(&of.covariance, target),
             None => self.registration.predicted_tre_mm(self.noise, target),
         }
     }
@@ -171,7 +172,7 @@ fn registered<F: Frame>(
     Ok(Matched {
         untouched: (0..beads.len()).filter(|i| !best.bead_of.contains(&Some(*i))).collect(),
         bead_of: best.bead_of.clone(),
-        covariance: errors
+        propagated: errors
             .as_ref()
             .and_then(|errors| propagated(&registration.fit, pairs, errors)),
         registration,

@@ -1,6 +1,7 @@
 //! `calib beads`, `calib match` and `calib check`: from a CT to a registration that was checked on the patient.
 
 mod check;
+mod check_tip;
 mod error;
 mod file;
 mod find;

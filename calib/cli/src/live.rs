@@ -28,7 +28,9 @@ pub(crate) use run::{Listened, Run};
 pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, tip_in, tip_of};
-pub(crate) use touches::{comment as touches_comment, read_touches, shared, touched_in};
+pub(crate) use touches::{
+    calibration_id, calibration_of, comment as touches_comment, read_touches, shared, touched_in,
+};
 pub(crate) use watch::{Heard, Lacks, Watch};
 
 /// Where the markers of a run are, frame by frame. Handed in by the binary, as this crate knows no chain.

@@ -20,9 +20,10 @@ use geometry::rotation::Rotation;
 use crate::bounds::{NotJudged, on_registration};
 use crate::commands::Outcome;
 use crate::commands::common::{broken, verdict_text};
-use crate::live::LiveError;
+use crate::live::{LiveError, calibration_of};
 use crate::register::file::{
-    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, Transform, Units, VERSION,
+    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, SharedPart, Transform, Units,
+    VERSION,
 };
 use crate::register::input::{From, Input};
 use crate::register::input_error::InputError;
@@ -138,14 +139,19 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         certificate: Some(certificate(registration)),
         noise: Some(Noise {
             sigma_mm: solution.noise.sigma_mm,
-            estimated: request.options.is_estimate(solution.noise.sigma_mm),
-            touches: None,
+            estimated: request.options.is_estimate(
+                solution
+                    .touches
+                    .map_or(solution.noise.sigma_mm, |touches| touches.hand_mm),
+            ),
+            touches: solution.touches,
         }),
         covariance: covariance(solution),
         covariance_convention: COVARIANCE_CONVENTION.to_owned(),
         centre_mm: registration.centre().mm(),
         predicted_tre: predicted_tre(request, solution),
         robust_tolerance_mm: request.options.robust,
+        shared: shared(input, solution),
         pairs: pairs(input, solution),
         surface: None,
         inputs: inputs(input),
@@ -191,6 +197,21 @@ fn covariance(solution: &Solution) -> Option<[[f64; 6]; 6]> {
     let matrix = solution.covariance()?;
     let rows = std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]));
     matrix.iter().all(|x| x.is_finite()).then_some(rows)
+}
+
+/// What touches share; `None` where points are not of touches that state their errors.
+fn shared(input: &Input, solution: &Solution) -> Option<SharedPart> {
+    solution.touches?;
+    let rows = |shared: &nalgebra::Matrix6x3<f64>| std::array::from_fn(|i| std::array::from_fn(|j| shared[(i, j)]));
+    let told = solution.touches.and_then(|touches| touches.shared_mm).is_some();
+    let of = solution.by_pairs.as_ref().filter(|_| told);
+    Some(SharedPart {
+        calibration: input
+            .sources
+            .iter()
+            .find_map(|(_, source)| calibration_of(&source.text).map(str::to_owned)),
+        columns: of.map(|of| rows(&of.shared)),
+    })
 }
 
 fn predicted_tre(request: &Request, solution: &Solution) -> Vec<PredictedTre> {

@@ -32,6 +32,9 @@ pub struct RegistrationFile {
     pub ct_hash: Option<String>,
     /// The marker that the points were seen by, where it was told.
     pub marker: Option<String>,
+    /// Whether the covariance is too small: the file says that its touches do not tell what all share, the error of the tip's
+    /// calibration, which more touches do not make less.
+    pub lacks_shared: bool,
     /// Root mean square residual of the points, mm, and condition of their layout, where it was told.
     fre_rms_mm: Option<f64>,
     condition: Option<f64>,
@@ -76,6 +79,7 @@ impl RegistrationFile {
                 expected: format!("format {FORMAT:?}, version {VERSION}"),
             });
         }
+        let lacks_shared = lacks_shared(&value);
         // From the text, so that errors tell line and column.
         let raw: Raw = serde_json::from_str(text)?;
         Ok(Self {
@@ -83,6 +87,7 @@ impl RegistrationFile {
             registered: raw.registered()?,
             ct_hash: raw.ct_hash,
             marker: raw.marker,
+            lacks_shared,
             fre_rms_mm: raw.fre_rms_mm,
             condition: raw.condition,
         })
@@ -117,6 +122,15 @@ impl RegistrationFile {
             .as_deref()
             .map_or(Ok(()), |found| same("marker", found, marker))
     }
+}
+
+/// Whether the file says so: under `shared`, or, where it is of before that, under `noise.touches`.
+fn lacks_shared(value: &Value) -> bool {
+    let untold = |of: &str, key: &str| {
+        let of = value.pointer(of).and_then(Value::as_object);
+        of.is_some_and(|of| of.get(key).is_none_or(Value::is_null))
+    };
+    untold("/shared", "columns") || untold("/noise/touches", "shared_mm")
 }
 
 impl Raw {

@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! N = sum w_i J_i^T J_i,   S = sum w_i J_i^T U_i
-//! covariance  = N^-1 (sum w_i^2 J_i^T C_i J_i + S S^T) N^-1                                                      (1)
+//! G           = N^-1 S                                                                     what z moves the transform by
+//! covariance  = N^-1 (sum w_i^2 J_i^T C_i J_i) N^-1 + G G^T                                                      (1)
 //! chi-squared = min over m, z of sum (r_i - J_i m - U_i z)^T C_i^-1 (r_i - J_i m - U_i z) + z^T z                (2)
 //! ```
 //!
@@ -17,7 +18,7 @@ use geometry::{Frame, Point};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, SMatrix, SVector, Vector3};
 
 use super::pairs::coordinates;
-use super::statistics::{compliance, inertia, moved_to_origin, skew};
+use super::statistics::{carry, compliance, inertia, moved_to_origin, skew};
 use super::{Fit, Pairs};
 
 /// The error of a pair, in the axes of `From`. Noise of the point in `To` is in `own` too, where it is alike in all directions.
@@ -36,15 +37,24 @@ impl PairError {
     }
 }
 
-/// Covariance (1) of a fit of `pairs` that have the errors `errors`, in the convention of
-/// [`super::Registration::covariance`]. `None` where the `From` cloud is a line to rounding.
+/// What the errors of pairs make of the error of a transform, in the convention of [`super::Registration::covariance`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Propagated {
+    /// Of all of it: (1).
+    pub covariance: Matrix6<f64>,
+    /// `G`: what the three numbers `z` that all pairs share move the true transform against the fitted one by. Whoever errs by the
+    /// same `z` again, as a point touched with the same tip does, errs with it.
+    pub shared: Matrix6x3<f64>,
+}
+
+/// Covariance (1) of a fit of `pairs` that have the errors `errors`, and what they share. `None` where the `From` cloud is a line to rounding.
 ///
 /// `errors` must be as many as `pairs`: of others the surplus is passed over.
 pub fn propagated<To: Frame, From: Frame>(
     fit: &Fit<To, From>,
     pairs: Pairs<'_, To, From>,
     errors: &[PairError],
-) -> Option<Matrix6<f64>> {
+) -> Option<Propagated> {
     let r = fit.rotation();
     let (inertia, _) = inertia(fit, pairs);
     let total: f64 = (0..pairs.len()).map(|i| pairs.weight(i)).sum();
@@ -63,7 +73,11 @@ pub fn propagated<To: Frame, From: Frame>(
     // What is each pair's own adds up as squares, and what they share before it is squared.
     let at_centre = inverse * (own + shared * shared.transpose()) * inverse;
     let even = (at_centre + at_centre.transpose()) * 0.5;
-    Some(moved_to_origin(even, &fit.moments.mean(0)))
+    let centre = fit.moments.mean(0);
+    Some(Propagated {
+        covariance: moved_to_origin(even, &centre),
+        shared: carry(&centre) * inverse * shared,
+    })
 }
 
 /// Chi-squared (2) of the residuals of a fit; `None` where a `C_i` is not positive definite, or the pairs determine no motion.

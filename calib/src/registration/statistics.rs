@@ -65,9 +65,15 @@ pub(super) fn displacement(compliance: &Matrix3<f64>, d: &Vector3<f64>) -> f64 {
 
 /// Carries a covariance at the point `c` to the origin: `v = v_c - w x c`.
 pub(super) fn moved_to_origin(at_centre: Matrix6<f64>, c: &Vector3<f64>) -> Matrix6<f64> {
+    let carry = carry(c);
+    carry * at_centre * carry.transpose()
+}
+
+/// The same of a small motion itself.
+pub(super) fn carry(c: &Vector3<f64>) -> Matrix6<f64> {
     let mut carry = Matrix6::identity();
     carry.fixed_view_mut::<3, 3>(3, 0).copy_from(&skew(c));
-    carry * at_centre * carry.transpose()
+    carry
 }
 
 /// Root mean square target registration error at `target` for points at `points` of a rigid body, mm, from their

@@ -1,7 +1,7 @@
 //! What directed and shared errors of pairs make of a registration, against many trials that know nothing of the formulas.
 
 use crate::common::{Random, turn};
-use calib::registration::{Method, Noise, PairError, Pairs, chi_squared, propagated, register, rms_at};
+use calib::registration::{Method, Noise, PairError, Pairs, Propagated, chi_squared, propagated, register, rms_at};
 use geometry::{Ct, Point, Rigid, Tracker, Vector};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -32,7 +32,7 @@ fn covariance_and_chi_squared_are_the_counted_ones() {
         let truth = random.transform();
         let exact = random.cloud(count, 120.0);
         let errors = errors(&mut random, count, tilt);
-        let (mut nees, mut chi) = (0.0, 0.0);
+        let (mut nees, mut chi, mut rest) = (0.0, 0.0, 0.0);
         for _ in 0..TRIALS {
             let z = Vector3::new(random.normal(), random.normal(), random.normal());
             let touched = exact.iter().zip(&errors).map(|(p, e)| {
@@ -44,9 +44,12 @@ fn covariance_and_chi_squared_are_the_counted_ones() {
             let to: Vec<Point<Ct>> = exact.iter().map(|p| truth * *p).collect();
             let pairs = Pairs::new(&to, &touched).unwrap();
             let found = register(pairs, Method::default()).unwrap();
-            let covariance = propagated(&found.fit, pairs, &errors).unwrap();
+            let Propagated { covariance, shared } = propagated(&found.fit, pairs, &errors).unwrap();
             let e = error(truth, found.fit.transform);
             nees += e.dot(&covariance.cholesky().unwrap().solve(&e)) / TRIALS as f64;
+            // Without what is shared, whose numbers are known here, the rest is left.
+            let (own, e) = (covariance - shared * shared.transpose(), e - shared * z);
+            rest += e.dot(&own.cholesky().unwrap().solve(&e)) / TRIALS as f64;
             chi += chi_squared(&found.fit, pairs, &errors).unwrap() / TRIALS as f64;
         }
         // Chi-squared of k degrees of freedom has the variance 2 k: five deviations of a mean of 4000. Second order: errors of
@@ -54,6 +57,7 @@ fn covariance_and_chi_squared_are_the_counted_ones() {
         let bound = |k: f64| 5.0 * (2.0 * k / TRIALS as f64).sqrt() + 0.01 * k;
         let freedom = 3.0 * count as f64 - 6.0;
         assert!((nees - 6.0).abs() < bound(6.0), "{count} {tilt}: {nees}");
+        assert!((rest - 6.0).abs() < bound(6.0), "{count} {tilt}: {rest}");
         assert!((chi - freedom).abs() < bound(freedom), "{count} {tilt}: {chi}");
     }
 }
@@ -70,7 +74,7 @@ fn what_all_pairs_share_does_not_fall_with_their_number() {
         let errors = errors(&mut random, count, 0.0);
         let [x, y, z] = found.centre().mm();
         let rms = rms_at(
-            &propagated(&found.fit, pairs, &errors).unwrap(),
+            &propagated(&found.fit, pairs, &errors).unwrap().covariance,
             Point::<Ct>::new(x, y, z),
         );
         let shared = errors[0].shared.norm();
@@ -99,7 +103,7 @@ fn even_errors_make_the_covariance_of_plain_noise() {
         })
         .collect();
     let plain = found.covariance(Noise { sigma_mm: 0.2 }).unwrap();
-    let directed = propagated(&found.fit, pairs, &errors).unwrap();
+    let directed = propagated(&found.fit, pairs, &errors).unwrap().covariance;
     // Products of six terms at a centre 300 mm away.
     assert!((plain - directed).amax() < 1e-10 * plain.amax(), "{plain}{directed}");
     let target = Point::new(10.0, -200.0, 35.0);

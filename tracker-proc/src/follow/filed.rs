@@ -43,7 +43,7 @@ pub fn chain_of_files(scene: &Scene, ct_hash: &str, region: Point<Ct>) -> Result
         chain.marker_from_tool = calibration(link, &expected).map_err(FiledError::Refused)?;
     }
     if let Some(link) = &scene.tracker.links.registration {
-        chain.registration = registration(link, &expected).map_err(FiledError::Refused)?;
+        chain.registration = registration(link, &expected).map_err(FiledError::Refused)?.registration;
     }
     Ok(chain)
 }

@@ -45,7 +45,15 @@ pub(crate) fn calibration_of(link: &CalibrationLink, tool: &str) -> Result<Uncer
 }
 
 /// The patient's place from its file.
-pub(super) fn registration(link: &RegistrationLink, expected: &Expected) -> Result<Registration, String> {
+#[derive(Debug, Clone)]
+pub(super) struct Filed {
+    pub(super) registration: Registration,
+    /// What keeps nobody from using it, and should be known.
+    pub(super) warning: Option<String>,
+}
+
+/// Reads it.
+pub(super) fn registration(link: &RegistrationLink, expected: &Expected) -> Result<Filed, String> {
     let path = &link.file.path;
     let failed = |error: FileError| format!("{}: {error}", name(path));
     let file = RegistrationFile::parse(&text(path)?).map_err(failed)?;
@@ -65,14 +73,24 @@ pub(super) fn registration(link: &RegistrationLink, expected: &Expected) -> Resu
         ..Gates::default()
     };
     passed(path, "registration", &gates, &file.reached(expected.target))?;
-    match file.registered {
-        Registered::Fixed(ct_from_tracker) => Ok(Registration::Fixed(ct_from_tracker)),
+    let registration = match file.registered {
+        Registered::Fixed(ct_from_tracker) => Registration::Fixed(ct_from_tracker),
         Registered::Referenced(ct_from_reference) if expected.has_reference => {
-            Ok(Registration::Referenced(ct_from_reference))
+            Registration::Referenced(ct_from_reference)
         }
-        Registered::Referenced(_) => Err(format!("{}: rests on a reference, and the scene has none", name(path))),
-    }
+        Registered::Referenced(_) => {
+            return Err(format!("{}: rests on a reference, and the scene has none", name(path)));
+        }
+    };
+    let too_small = || format!("{}: errors are more than is stated: {UNTOLD}", name(path));
+    Ok(Filed {
+        registration,
+        warning: file.lacks_shared.then(too_small),
+    })
 }
+
+/// Of a registration that lacks it.
+const UNTOLD: &str = "its touches do not tell the error of the tip's calibration";
 
 /// Refuses what does not keep the gates of the scene.
 fn passed(path: &Path, table: &str, gates: &Gates, reached: &Reached) -> Result<(), String> {
@@ -217,7 +235,7 @@ mod tests {
         })
     }
 
-    fn read(value: &Value, unchecked_ct: bool, gates: RegistrationGates) -> Result<Registration, String> {
+    fn read(value: &Value, unchecked_ct: bool, gates: RegistrationGates) -> Result<Filed, String> {
         let (_folder, file) = put(value);
         let expected = Expected {
             tool: "scope".to_owned(),
@@ -264,6 +282,30 @@ mod tests {
             assert!(
                 error.contains("tracker.registration.gates") && error.contains(words),
                 "{error}"
+            );
+        }
+    }
+
+    /// That the covariance is too small was said by the command that wrote the file, and to nobody later.
+    #[test]
+    fn a_registration_that_lacks_what_touches_share_is_used_with_a_warning() {
+        let with = |key: &str, part: Value| {
+            let mut value = registered();
+            value[key] = part;
+            read(&value, false, RegistrationGates::default()).unwrap().warning
+        };
+        let columns = vec![[0.0; 3]; 6];
+        assert_eq!(with("shared", json!({ "calibration": null, "columns": columns })), None);
+        assert_eq!(with("noise", json!({ "touches": { "shared_mm": 0.2 } })), None);
+        assert_eq!(with("noise", json!({ "sigma_mm": 0.3 })), None);
+        for (key, part) in [
+            ("shared", json!({ "calibration": null, "columns": null })),
+            ("noise", json!({ "touches": { "own_mm": 0.2, "shared_mm": null } })),
+        ] {
+            let warning = with(key, part).unwrap();
+            assert!(
+                warning.starts_with("f.json: errors are more than is stated: "),
+                "{warning}"
             );
         }
     }

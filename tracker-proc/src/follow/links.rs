@@ -12,7 +12,7 @@ use scene::registration_id;
 use scene::tracking::LinkFiles;
 
 use super::Source;
-use super::link_files::{Expected, calibration, registration};
+use super::link_files::{Expected, Filed, calibration, registration};
 use super::watch::Watched;
 use crate::chain::{Links, Registration};
 
@@ -28,7 +28,7 @@ pub(super) struct Constants {
     source: Source,
     own_id: u64,
     calibration: Option<Watched<Uncertain<Marker, Tool>>>,
-    registration: Option<Watched<Registration>>,
+    registration: Option<Watched<Filed>>,
 }
 
 impl Constants {
@@ -81,6 +81,11 @@ impl Constants {
             .or_else(|| self.registration.as_ref()?.silent())
     }
 
+    /// What of the files in use keeps no pose back, and should be known.
+    pub(super) fn warning(&self) -> Option<&str> {
+        self.registration.as_ref()?.held().as_ref().ok()?.warning.as_deref()
+    }
+
     /// Those in use: the files' where there are files, else the scene's.
     pub(super) fn links(&self) -> Links {
         Links {
@@ -92,7 +97,7 @@ impl Constants {
             registration: self
                 .registration
                 .as_ref()
-                .and_then(|w| w.held().as_ref().ok().copied())
+                .and_then(|w| w.held().as_ref().ok().map(|filed| filed.registration))
                 .unwrap_or(self.source.own.registration),
         }
     }

@@ -8,12 +8,13 @@ use geometry::{Ct, Point, Tracker, Uncertain, UncertainPoint, checked};
 use nalgebra::{Matrix3, Matrix6};
 use serde::Serialize;
 
+use super::check_tip::{self, Touch};
 use super::error::BeadsError;
 use crate::bounds::on_registration;
 use crate::calibration::Gate;
 use crate::commands::Outcome;
 use crate::commands::common::{broken, gates_text};
-use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, touched};
+use crate::live::{Against, FollowMarkers, LiveArgs, LiveError, MostMotion, Run, TOUCH_S, calibration_id, touched};
 use crate::register::file::RegistrationFile;
 use crate::scene_context::SceneContext;
 use crate::values::{Name, Positive, Target};
@@ -22,8 +23,12 @@ pub(crate) const CHECK_HELP: &str = "\
 Touch a point whose place in the CT is known, best one near the target and not one that the registration was made of. \
 The error is where the registration places the touched point, minus where it is, in the CT's axes.
 
-The predicted radius holds 95 % of errors, by the covariance of the registration and the deviations of the touched and \
-the known point.
+The predicted radius holds 95 % of errors where nothing has moved, by the covariance of the registration and those of the \
+touched and the known point. The tip's calibration is in registration and touch alike where both are with the same one, and \
+cancels: what is left of it counts. Where that is not known, what is told of it counts for nothing: the check is then the stricter, and says so. \
+--max-mm is vouched for by the larger radius, in which nothing cancels.
+
+--touches takes a file of one touch by calib touch, with its covariance and its calibration; --touched is a place alone.
 
   pass   the error is within the predicted radius (and within --max-mm)
   warn   it is beyond, up to 1.5 times the radius, as one in twenty is; or the radius itself is beyond --max-mm:
@@ -34,6 +39,7 @@ With --live or --scene the registration must keep the scene's [tracker.registrat
 
 Examples:
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4
+  calib check registration.json --known 10,-20,95.5 --touches known.csv
   calib check --live default --known 10,-20,95.5       hold the tip on the point; the registration is the run's
   calib check registration.json --known 10,-20,95.5 --touched 101.2,-33.0,1890.4 --max-mm 2 --ct-hash HASH --json";
 
@@ -50,13 +56,16 @@ pub(crate) struct CheckArgs {
         long,
         value_name = "x,y,z",
         allow_hyphen_values = true,
-        required_unless_present = "live",
+        required_unless_present_any = ["live", "touches"],
         conflicts_with = "live"
     )]
     touched: Option<Target>,
+    /// Or a file that calib touch made, of this one point
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["live", "touched"])]
+    touches: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) live: LiveArgs,
-    /// Standard deviation of the touched point along each axis
+    /// How far a hand is off the point, a standard deviation along each axis; with --touched the whole error of the touch
     #[arg(long, value_name = "MM", default_value = "0.3", allow_hyphen_values = true)]
     touch_mm: Positive,
     /// Standard deviation of the known point along each axis
@@ -83,6 +92,10 @@ struct CheckRecord {
     error_mm: [f64; 3],
     distance_mm: f64,
     predicted_radius_95_mm: f64,
+    /// What is known of the tip's error in both.
+    tip: String,
+    /// The radius with nothing cancelled.
+    apart_radius_95_mm: f64,
     ratio: f64,
     max_mm: Option<f64>,
     gates: Vec<Gate>,
@@ -104,19 +117,22 @@ impl CheckArgs {
             .transpose()?;
         let gates = gates.unwrap_or_default();
         let registration = uncertain(&path, &file)?;
-        let touched = match &mut run {
-            Some(run) => self.touch(run, &path, &file.from)?,
+        let touch = match (&mut run, &self.touches) {
+            (Some(run), _) => self.touch(run, &path, &file.from)?,
+            (None, Some(touches)) => Touch::read(touches, &file.from, self.touch_mm.0)?,
             // The command line asks for one or the other.
-            None => point(&path, self.touched.unwrap_or(self.known), self.touch_mm)?,
+            (None, None) => Touch::plain(point(&path, self.touched.unwrap_or(self.known), self.touch_mm)?),
         };
+        let tip = check_tip::parts(&path, &file, &touch)?;
         let known = point(&path, self.known, self.known_mm)?;
         let limits = Limits {
             most_mm: self.most_mm(scened.as_ref()),
         };
-        let checked = check::<Tracker>(&registration, touched, known, limits);
+        let checked = check::<Tracker>(&registration, touch.place, known, &tip, limits);
+        let told = check_tip::words(&file, &touch, &tip);
         let text = match self.json {
-            true => serde_json::to_string_pretty(&record(&path, &file, &checked, limits, &gates))? + "\n",
-            false => gates_text(&gates) + &report(&checked, limits),
+            true => serde_json::to_string_pretty(&record((&path, &file), &checked, limits, (&gates, told)))? + "\n",
+            false => gates_text(&gates) + &report(&checked, limits, &told),
         };
         let failed = checked.verdict == Verdict::Fail;
         let refused = failed.then(|| refusal(&path, &checked, limits));
@@ -149,7 +165,7 @@ impl CheckArgs {
     }
 
     /// The tip of the run's pointer, in the frame that the registration maps from.
-    fn touch(&self, run: &mut Run<'_>, path: &Path, from: &str) -> Result<UncertainPoint<Tracker>, BeadsError> {
+    fn touch(&self, run: &mut Run<'_>, path: &Path, from: &str) -> Result<Touch, BeadsError> {
         run.against = match (from, run.follow.has_reference()) {
             ("tracker", _) => Against::Tracker,
             ("reference", true) => Against::Reference,
@@ -168,11 +184,15 @@ impl CheckArgs {
         let tip = run.follow.marker_from_tool().map_err(none)?;
         let seconds = self.live.seconds_or(TOUCH_S);
         let heard = run.listen(seconds, None)?;
-        let place = touched(name, &heard, &tip, MostMotion::USUAL, seconds)?.place;
+        let found = touched(name, &heard, &tip, MostMotion::USUAL, seconds)?;
         // What the poses say, and how far a hand is off the point.
         let hand = Matrix3::identity() * (self.touch_mm.0 * self.touch_mm.0);
-        let touched = UncertainPoint::new(place.point(), place.covariance() + hand);
-        touched.map_err(|error| unusable(path, error.to_string()))
+        let place = UncertainPoint::new(found.place.point(), found.place.covariance() + hand);
+        Ok(Touch {
+            place: place.map_err(|error| unusable(path, error.to_string()))?,
+            shared: Some(found.shared),
+            calibration: Some(calibration_id(&tip)),
+        })
     }
 
     /// Refuses a registration of another CT or marker, where the ones in use are told.
@@ -189,7 +209,7 @@ impl CheckArgs {
     }
 }
 
-fn report(checked: &Checked, limits: Limits) -> String {
+fn report(checked: &Checked, limits: Limits, told: &str) -> String {
     let ([x, y, z], [a, b, c]) = (checked.error.mm(), checked.place.mm());
     let radius = checked.radius_95_mm;
     let limit = limits
@@ -197,8 +217,8 @@ fn report(checked: &Checked, limits: Limits) -> String {
         .map_or(String::new(), |limit| format!(", {limit} mm allowed"));
     format!(
         "placed at        {a:.3}, {b:.3}, {c:.3} mm\nerror            {x:.3}, {y:.3}, {z:.3} mm (left, posterior, superior), \
-         length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\nverdict          \
-         {}: {}\n",
+         length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\n\
+         the tip          {told}\nverdict          {}: {}\n",
         checked.distance_mm,
         FAIL_RATIO * radius,
         name(checked.verdict),
@@ -207,7 +227,7 @@ fn report(checked: &Checked, limits: Limits) -> String {
 }
 
 fn meaning(checked: &Checked, limits: Limits) -> &'static str {
-    let vouched = limits.most_mm.is_none_or(|limit| checked.radius_95_mm <= limit);
+    let vouched = limits.most_mm.is_none_or(|limit| checked.apart_radius_95_mm <= limit);
     match checked.verdict {
         Verdict::Pass => "the error is what was predicted",
         Verdict::Warn if !vouched => {
@@ -230,12 +250,19 @@ fn refusal(path: &Path, checked: &Checked, limits: Limits) -> String {
     )
 }
 
-fn record(path: &Path, file: &RegistrationFile, checked: &Checked, limits: Limits, gates: &[Gate]) -> CheckRecord {
+fn record(
+    (path, file): (&Path, &RegistrationFile),
+    checked: &Checked,
+    limits: Limits,
+    (gates, tip): (&[Gate], String),
+) -> CheckRecord {
     CheckRecord {
         verdict: name(checked.verdict),
         error_mm: checked.error.mm(),
         distance_mm: checked.distance_mm,
         predicted_radius_95_mm: checked.radius_95_mm,
+        tip,
+        apart_radius_95_mm: checked.apart_radius_95_mm,
         ratio: checked.distance_mm / checked.radius_95_mm,
         max_mm: limits.most_mm,
         gates: gates.to_vec(),
@@ -259,7 +286,7 @@ const fn name(verdict: Verdict) -> &'static str {
     }
 }
 
-fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
+pub(super) fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
     BeadsError::Unusable {
         path: path.to_owned(),
         what: what.into(),

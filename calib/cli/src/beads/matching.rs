@@ -130,12 +130,10 @@ impl MatchArgs {
         let input = input(&matched, read);
         let request = self.request(ct_hash, from, marker);
         let mut solution = solve(&input.rows, &request.options, &input.names())?;
-        solution.by_pairs = matched.covariance;
+        solution.by_pairs = matched.propagated;
         solution.noise = matched.noise;
+        solution.touches = noise;
         let mut file = describe(&request, &input, &solution);
-        if let Some(record) = &mut file.noise {
-            record.touches = noise;
-        }
         let (judged, refused) = judge(&mut file, scened.as_ref())?;
         let encoded = file.to_json().map_err(serde_json::Error::io)?;
         let mut text = report::text(&file, true) + &pairing + &judged;
@@ -244,6 +242,8 @@ fn input(matched: &Matched<Tracker>, read: Read) -> Input {
             from: touched.mm,
             weight: 1.0,
             label: format!("bead {}", bead + 1),
+            // The matching has counted it.
+            error: None,
         })
     };
     let [beads, touched] = read.sources;

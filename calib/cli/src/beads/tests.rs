@@ -163,6 +163,159 @@ fn match_counts_what_the_file_of_touches_states() {
     }
 }
 
+/// Registration and check took the tip's error for two independent ones: with a tip known to 0.5 mm along each axis a marker that had
+/// moved by 2 mm passed.
+#[test]
+fn a_check_knows_what_registration_and_touch_share() {
+    let folder = TempDir::new().unwrap();
+    let [beads, touched, known, out] = ["b.json", "t.csv", "k.csv", "r.json"].map(|name| path(&folder, name));
+    calib(&format!("calib beads ct.mha --out {beads}")).unwrap();
+    const COLUMNS: &str = "on,x,y,z,cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z";
+    // A tip that is 0.5 mm off along each axis, as it may be, held alike; touched beads and the known point have all of it.
+    let row = |[x, y, z]: [f64; 3]| {
+        let [x, y, z] = [0.5 - y, x + 0.5, z + 0.5];
+        format!("a,{x},{y},{z},0.2501,0,0,0.2501,0,0.2501,0.5,0,0,0,0.5,0,0,0,0.5\n")
+    };
+    let head = |id: &str| format!("# places of the tip of a in the tracker, mm; calibration {id}\n{COLUMNS}\n");
+    fs::write(&touched, head("00000000000000aa") + &BEADS.map(row).concat()).unwrap();
+    calib(&format!("calib match {beads} {touched} --touch-mm 0.1 --out {out}")).unwrap();
+    let check = |id: &str, off: f64| {
+        fs::write(&known, head(id) + &row([20.0, 20.0, 20.0 + off])).unwrap();
+        calib(&format!(
+            "calib check {out} --known 20,20,20 --touches {known} --touch-mm 0.1 --json"
+        ))
+        .map(|outcome| {
+            let record: serde_json::Value = serde_json::from_str(&outcome.text).unwrap();
+            let number = |key: &str| record[key].as_f64().unwrap();
+            let of = [number("predicted_radius_95_mm"), number("apart_radius_95_mm")];
+            (
+                record["verdict"].as_str().unwrap().to_owned(),
+                of,
+                record["tip"].to_string(),
+            )
+        })
+    };
+    let (verdict, [radius, apart], words) = check("00000000000000aa", 0.0).unwrap();
+    assert!(verdict == "pass" && words.contains("it cancels"), "{verdict} {words}");
+    // Held alike all of it cancels: left are 0.1 mm of hand, bead and known point each. Apart, 0.71 mm along each axis come to it.
+    assert!(radius < 0.6 && apart > 1.9, "{radius} {apart}");
+    assert_eq!(check("00000000000000aa", 2.0).unwrap().0, "fail");
+    // With another calibration nothing is known of what cancels; what is told is not taken for slack.
+    let (_, [other, _], words) = check("00000000000000bb", 0.0).unwrap();
+    assert!(
+        other <= radius && words.contains("different calibrations") && words.contains("the stricter"),
+        "{words}"
+    );
+    // A place alone: the registration's part is not held for slack either.
+    let plain = calib(&format!(
+        "calib check {out} --known 20,20,20 --touched -19.5,20.5,22.5 --touch-mm 0.1"
+    ))
+    .unwrap();
+    assert!(
+        plain.refused.is_some() && plain.text.contains("the touch does not tell it apart"),
+        "{}",
+        plain.text
+    );
+    // A limit is vouched for by what does not cancel.
+    let line = format!("calib check {out} --known 20,20,20 --touches {known} --touch-mm 0.1 --max-mm 1.5");
+    check("00000000000000aa", 0.0).unwrap();
+    assert!(calib(&line).unwrap().text.contains("verdict          warn"));
+    // Parts that are more than the whole, and touches of another frame, are refused.
+    let text = fs::read_to_string(&out).unwrap();
+    let mut file: serde_json::Value = serde_json::from_str(&text).unwrap();
+    file["shared"]["columns"][3][0] = 5.0.into();
+    fs::write(&out, file.to_string()).unwrap();
+    assert!(
+        check("00000000000000aa", 0.0)
+            .unwrap_err()
+            .contains("more than its covariance")
+    );
+    fs::write(&out, text.replace("\"from\": \"tracker\"", "\"from\": \"reference\"")).unwrap();
+    assert!(check("00000000000000aa", 0.0).unwrap_err().contains("in the tracker"));
+}
+
+/// What touches state was passed over by `calib register`, and in the guided steps the greater of it and of the hand's error was taken.
+#[test]
+fn register_counts_what_touches_state_as_match_does() {
+    let folder = TempDir::new().unwrap();
+    let [beads, touched, pairs, points] = ["b.json", "t.csv", "p.csv", "ct.txt"].map(|name| path(&folder, name));
+    calib(&format!("calib beads ct.mha --out {beads}")).unwrap();
+    let file: serde_json::Value = serde_json::from_str(&fs::read_to_string(&beads).unwrap()).unwrap();
+    let centres: Vec<[f64; 3]> = file["beads"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|bead| serde_json::from_value(bead["centre_mm"].clone()).unwrap())
+        .collect();
+    let (columns, first) = (
+        "cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z",
+        "# places of the tip of a in the tracker, mm; calibration 00000000000000aa",
+    );
+    let error = "0.3,0,0,0.3,0.01,0.4,0.5,0,0,0,0.4,0,0.1,0,0.3";
+    let lines = |row: &dyn Fn(&[f64; 3]) -> String| centres.iter().map(row).collect::<String>();
+    fs::write(
+        &touched,
+        format!(
+            "{first}\non,x,y,z,{columns}\n{}",
+            lines(&|[x, y, z]| format!("a,{},{x},{z},{error}\n", -y))
+        ),
+    )
+    .unwrap();
+    fs::write(&points, lines(&|[x, y, z]| format!("{x},{y},{z}\n"))).unwrap();
+    let both = |[x, y, z]: &[f64; 3]| format!("{x},{y},{z},{},{x},{z},{error}\n", -y);
+    fs::write(
+        &pairs,
+        format!(
+            "{first}\nto_x,to_y,to_z,from_x,from_y,from_z,{columns}\n{}",
+            lines(&both)
+        ),
+    )
+    .unwrap();
+    let made = |line: &str| {
+        let outcome = calib(&format!("calib {line} --target 20,20,20 --json")).unwrap();
+        let file: serde_json::Value = serde_json::from_str(&outcome.text).unwrap();
+        let rms: Vec<f64> = file["predicted_tre"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|at| at["rms_mm"].as_f64().unwrap())
+            .collect();
+        (rms, file)
+    };
+    let (expected, matched) = made(&format!("match {beads} {touched}"));
+    let rest = 0.3_f64.hypot(0.1);
+    for words in [
+        format!("register --to ct --from tracker --pairs {pairs} --least-noise-mm {rest}"),
+        format!("register --to ct --to-points {points} --from-points {touched} --noise-mm {rest}"),
+    ] {
+        let (found, file) = made(&words);
+        for (found, expected) in found.iter().zip(&expected) {
+            // Of the same pairs: to rounding.
+            assert!((found - expected).abs() < 1e-9, "{words}: {found} {expected}");
+        }
+        assert_eq!(file["shared"]["calibration"], "00000000000000aa", "{words}");
+        let at = |file: &serde_json::Value, i: usize, j: usize| file["shared"]["columns"][i][j].as_f64().unwrap();
+        for (i, j) in (0..6).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            assert!((at(&file, i, j) - at(&matched, i, j)).abs() < 1e-9, "{words} {i} {j}");
+        }
+    }
+    // Without what they share it is said that the covariance lacks it; what is no covariance is refused with its line.
+    let text = fs::read_to_string(&pairs).unwrap();
+    let short = text
+        .replace(",u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z", "")
+        .replace(",0.5,0,0,0,0.4,0,0.1,0,0.3", "");
+    fs::write(&pairs, short).unwrap();
+    let (_, file) = made(&format!("register --to ct --from tracker --pairs {pairs}"));
+    assert!(
+        file["shared"]["columns"].is_null() && file["shared"].is_object(),
+        "{}",
+        file["shared"]
+    );
+    fs::write(&pairs, text.replacen("0.3,0,0,0.3,0.01", "0.2,0,0,0.3,0.01", 1)).unwrap();
+    let refused = calib(&format!("calib register --pairs {pairs}")).unwrap_err();
+    assert!(refused.contains("line 3: cxx to czz are no covariance"), "{refused}");
+}
+
 #[test]
 fn wrong_files_are_refused_by_name() {
     let folder = TempDir::new().unwrap();

@@ -12,10 +12,9 @@ use crate::register::file::TouchNoise;
 /// What a touch says of its error.
 pub(super) fn stated(touch: &points_text::Point) -> Option<Stated> {
     let error = touch.error?;
-    let shared = error.shared.unwrap_or_default();
     Some(Stated {
-        own: error.covariance - shared * shared.transpose(),
-        shared,
+        own: error.own(),
+        shared: error.shared.unwrap_or_default(),
     })
 }
 

@@ -1,13 +1,14 @@
 //! `pairs.csv`: one pair a line, its columns named by the first line.
 
 use crate::input_files::fields::{self, BadNumber, BadQuote, Field};
+use crate::input_files::points_text::{COVARIANCE, SHARED, StatedError};
 use crate::input_files::source::Source;
 use crate::register::input_error::{InputError, MAX_PAIRS, Place};
 use crate::register::row::Row;
 
 /// The columns that must be there.
 const NEEDED: [&str; 6] = ["from_x", "from_y", "from_z", "to_x", "to_y", "to_z"];
-/// Those that may be.
+/// Those that may be, and with them those of the error of `from`, as touches state it.
 const OPTIONAL: [&str; 2] = ["weight", "label"];
 
 /// The pairs of a file.
@@ -52,6 +53,11 @@ pub(crate) fn read(source: &Source) -> Result<Table, InputError> {
     })
 }
 
+/// Where a name is in its group.
+fn place(group: &[&str], name: &str) -> usize {
+    group.iter().position(|other| *other == name).unwrap_or(0)
+}
+
 /// The fields of a line, or where its quotes go wrong.
 fn split<'a>(source: &Source, line: usize, text: &'a str) -> Result<Vec<Field<'a>>, InputError> {
     fields::csv(text).map_err(|BadQuote(column)| InputError::BadQuote {
@@ -70,7 +76,8 @@ impl<'a> Header<'a> {
         for (i, field) in fields.iter().enumerate() {
             let place = header.place(line, field, i);
             let name = field.text.as_ref();
-            if !NEEDED.contains(&name) && !OPTIONAL.contains(&name) {
+            let known = [&NEEDED[..], &OPTIONAL, &COVARIANCE, &SHARED];
+            if !known.iter().any(|group| group.contains(&name)) {
                 return Err(InputError::UnknownColumn { place });
             }
             if header.names[..i].iter().any(|earlier| earlier == name) {
@@ -81,7 +88,17 @@ impl<'a> Header<'a> {
     }
 
     fn complete(&self) -> Result<(), InputError> {
-        let missing = NEEDED.iter().find(|name| !self.names.iter().any(|n| n == *name));
+        let has = |name: &str| self.names.iter().any(|found| found == name);
+        // A part of a covariance is none; what is shared is a part of one.
+        let begun = |group: &[&str]| group.iter().any(|name| has(name));
+        let shared: &[&str] = if begun(&SHARED) { &SHARED } else { &[] };
+        let covariance: &[&str] = if begun(&COVARIANCE) || begun(&SHARED) {
+            &COVARIANCE
+        } else {
+            &[]
+        };
+        let mut needed = NEEDED.iter().chain(covariance).chain(shared);
+        let missing = needed.find(|name| !has(name));
         let Some(missing) = missing else {
             return Ok(());
         };
@@ -114,7 +131,9 @@ impl<'a> Header<'a> {
             from: [0.0; 3],
             weight: 1.0,
             label: String::new(),
+            error: None,
         };
+        let (mut covariance, mut shared) = ([0.0; 6], [0.0; 9]);
         for (i, field) in fields.iter().enumerate() {
             let number = |read: fn(&str) -> Result<f64, BadNumber>| {
                 read(&field.text).map_err(|bad| InputError::number(bad, self.place(line, field, i), &field.text))
@@ -125,10 +144,16 @@ impl<'a> Header<'a> {
             ) {
                 (_, Some(at @ 0..3)) => row.from[at] = number(fields::coordinate)?,
                 (_, Some(at)) => row.to[at - 3] = number(fields::coordinate)?,
+                (name, None) if COVARIANCE.contains(&name) => {
+                    covariance[place(&COVARIANCE, name)] = number(fields::coordinate)?;
+                }
+                (name, None) if SHARED.contains(&name) => shared[place(&SHARED, name)] = number(fields::coordinate)?,
                 ("weight", None) => row.weight = number(fields::weight)?,
                 _ => row.label = field.text.to_string(),
             }
         }
+        let has = |name: &str| self.names.iter().any(|found| found == name);
+        row.error = has(COVARIANCE[0]).then(|| StatedError::of(covariance, has(SHARED[0]).then_some(shared)));
         Ok(row)
     }
 
@@ -168,6 +193,7 @@ mod tests {
             from: [1.0, 2.0, 3.0],
             weight: 0.5,
             label: "a,b".to_owned(),
+            error: None,
         };
         assert_eq!((table.rows, table.has_weights, table.header_line), (vec![row], true, 2));
     }

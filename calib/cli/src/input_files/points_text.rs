@@ -24,6 +24,30 @@ pub(crate) struct StatedError {
     pub(crate) shared: Option<Matrix3<f64>>,
 }
 
+impl StatedError {
+    /// Of the numbers of the columns.
+    pub(crate) fn of([xx, xy, xz, yy, yz, zz]: [f64; 6], shared: Option<[f64; 9]>) -> Self {
+        Self {
+            covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            // By columns, as the names go and as the matrix stores them.
+            shared: shared.map(|numbers| Matrix3::from_column_slice(&numbers)),
+        }
+    }
+
+    /// Whether the touch's own part is a covariance, but for what the seven digits of a file may leave below zero.
+    pub(crate) fn is_good(&self) -> bool {
+        let own = self.own();
+        let finite = self.covariance.iter().chain(own.iter()).all(|x| x.is_finite());
+        finite && own.symmetric_eigenvalues().min() >= -1e-6 * self.covariance.amax()
+    }
+
+    /// What is the touch's own: the covariance without what is shared.
+    pub(crate) fn own(&self) -> Matrix3<f64> {
+        let shared = self.shared.unwrap_or_default();
+        self.covariance - shared * shared.transpose()
+    }
+}
+
 /// Columns of a covariance, mm^2.
 pub(crate) const COVARIANCE: [&str; 6] = ["cxx", "cxy", "cxz", "cyy", "cyz", "czz"];
 /// Columns that say what all touches of a file share, the error of the tip's calibration: what three normal numbers of deviation 1,
@@ -150,18 +174,13 @@ fn error(
     for ((value, i), name) in c.iter_mut().zip(at).zip(COVARIANCE) {
         *value = number(i, name)?;
     }
-    let [xx, xy, xz, yy, yz, zz] = c;
-    let mut shared = columns.shared.map(|_| Matrix3::zeros());
-    if let (Some(matrix), Some(at)) = (&mut shared, columns.shared) {
-        // By columns, as the names go and as the matrix stores them.
-        for ((value, i), name) in matrix.iter_mut().zip(at).zip(SHARED) {
+    let mut shared = columns.shared.map(|_| [0.0; 9]);
+    if let (Some(numbers), Some(at)) = (&mut shared, columns.shared) {
+        for ((value, i), name) in numbers.iter_mut().zip(at).zip(SHARED) {
             *value = number(i, name)?;
         }
     }
-    Ok(Some(StatedError {
-        covariance: Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
-        shared,
-    }))
+    Ok(Some(StatedError::of(c, shared)))
 }
 
 #[cfg(test)]

@@ -84,12 +84,13 @@ pub(crate) fn touched(
     })
 }
 
-/// A root `U` of a covariance, `U U^T`: its principal axes, each as long as its deviation.
+/// The root `U` of a covariance, `U U^T`, that is symmetric and has no negative eigenvalue: there is one. Of its principal axes alone each may
+/// point either way, and touches of different programs would then be of different numbers.
 fn root(covariance: Matrix3<f64>) -> Matrix3<f64> {
     let eigen = covariance.symmetric_eigen();
     // Of a covariance of less than full rank rounding may leave a variance below zero.
     let deviations = eigen.eigenvalues.map(|variance| variance.max(0.0).sqrt());
-    eigen.eigenvectors * Matrix3::from_diagonal(&deviations)
+    eigen.eigenvectors * Matrix3::from_diagonal(&deviations) * eigen.eigenvectors.transpose()
 }
 
 /// Refuses what is too little for a mean.
@@ -193,6 +194,15 @@ mod tests {
             (found.shared * found.shared.transpose() - calibrated).amax() < 1e-15,
             "{found:?}"
         );
+    }
+
+    /// Principal axes may point either way: a check would add up what cancels.
+    #[test]
+    fn the_root_of_a_covariance_is_one() {
+        let turn = nalgebra::Rotation3::new(Vector3::new(0.3, -0.9, 0.4));
+        let planted = turn.matrix() * Matrix3::from_diagonal(&Vector3::new(0.5, 0.2, 0.0)) * turn.matrix().transpose();
+        // Of singular ones to the root of rounding.
+        assert!((root(planted * planted) - planted).amax() < 1e-7);
     }
 
     #[test]

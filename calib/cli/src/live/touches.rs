@@ -27,10 +27,23 @@ pub(crate) fn shared(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
 /// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
 /// calibration are places of another tip.
 pub(crate) fn comment<F>(tool: &str, frame: &str, tip: &Uncertain<Marker, F>) -> String {
+    format!("{PLACES}{tool}{IN}{frame}{MM}{CALIBRATION}{}", calibration_id(tip))
+}
+
+/// Which root of a covariance `u1x` to `u3z` are: files of before the symmetric one are of other numbers, and by that of another name.
+const ROOT: f64 = 2.0;
+
+/// The name of a calibration of a tip, made of its numbers: what is touched with the same one errs by the same numbers.
+pub(crate) fn calibration_id<F>(tip: &Uncertain<Marker, F>) -> String {
     let rigid = tip.transform();
-    let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper()].concat();
-    let id = scene::registration_id(&numbers);
-    format!("{PLACES}{tool}{IN}{frame}{MM}{CALIBRATION}{id:016x}")
+    let numbers = [&rigid.quaternion()[..], &rigid.translation_mm(), &tip.upper(), &[ROOT]].concat();
+    format!("{:016x}", scene::registration_id(&numbers))
+}
+
+/// The calibration that the first line of a file of touches names.
+pub(crate) fn calibration_of(text: &str) -> Option<&str> {
+    let (_, id) = text.lines().next()?.strip_prefix(PLACES)?.rsplit_once(CALIBRATION)?;
+    (id.len() == 16 && id.bytes().all(|byte| byte.is_ascii_hexdigit())).then_some(id)
 }
 
 const PLACES: &str = "# places of the tip of ";

@@ -26,7 +26,9 @@ that begins with # is a comment; lengths in mm, with a point for the decimals:
   0,0,50,5,0,43,1,vertex
 
 --to-points and --from-points read a file each, three numbers a line with blanks or commas between them, paired line \
-by line; a file of calib touch is read too.
+by line; a file of calib touch is read too. Where touches state their errors (cxx to czz, u1x to u3z; --pairs takes these columns \
+too, of the point in FROM) covariance and predicted TRE are by these, and --noise-mm and --least-noise-mm are of what comes to them: the \
+hand, and the point in TO.
 
 The transform TO_from_FROM maps a point of FROM to its place in TO: p_to = R p_from + t. `residual` is a pair's \
 distance after registration, `left out` its distance under the transform of all the others. Deviations and predicted \
@@ -75,7 +77,8 @@ pub(crate) struct RegisterArgs {
     /// The fewest pairs that must agree [default: more than half]
     #[arg(long, value_name = "COUNT", requires = "robust", value_parser = clap::value_parser!(u16).range(3..))]
     min_inliers: Option<u16>,
-    /// Standard deviation of a pair's error along each axis [default: estimated from the residuals]
+    /// Standard deviation of a pair's error along each axis, of touches that state theirs of what comes to it [default: estimated from the
+    /// residuals]
     #[arg(long, value_name = "SIGMA_MM", allow_hyphen_values = true)]
     noise_mm: Option<PositiveMm>,
     /// Let the estimated deviation not fall below this: residuals of few points are small by chance

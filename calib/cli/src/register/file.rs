@@ -60,6 +60,9 @@ pub struct RegistrationFile {
     pub predicted_tre: Vec<PredictedTre>,
     /// The tolerance of `--robust`, mm.
     pub robust_tolerance_mm: Option<f64>,
+    /// What the error that all touches share, that of the tip's calibration, does to the transform. Files of before have none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub shared: Option<SharedPart>,
     /// Each pair in the order of the file.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub pairs: Vec<PairResult>,
@@ -77,6 +80,17 @@ pub struct RegistrationFile {
     /// The marker that the points were seen by, where it was told; checked likewise.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub marker: Option<String>,
+}
+
+/// The part of the registration's error that all its touches share.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SharedPart {
+    /// The tool's calibration, as the file of touches names it; `null` where it does not.
+    pub calibration: Option<String>,
+    /// What three normal numbers of deviation 1, those of `u1x` to `u3z` of touches, move (rotation vector, translation) by, in the
+    /// convention of the covariance, which has it in it: a row for each of its six. `null` where the touches do not tell what they share:
+    /// then **the covariance is too small**.
+    pub columns: Option<[[f64; 3]; 6]>,
 }
 
 /// Units in words.
@@ -143,9 +157,9 @@ pub struct TouchNoise {
     /// What all touches share, the error of the tip's calibration; `null` where the file does not tell it apart, and it is in
     /// `own_mm` as if it were each touch's own.
     pub shared_mm: Option<f64>,
-    /// How far a hand is off the point: `--touch-mm`.
+    /// How far a hand is off the point: `--touch-mm`. Of `calib register` all that is left: the hand, and the point in `to`.
     pub hand_mm: f64,
-    /// Of a bead's centre: `--bead-mm`.
+    /// Of a bead's centre: `--bead-mm`; 0 of `calib register`.
     pub bead_mm: f64,
 }
 

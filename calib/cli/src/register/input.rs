@@ -77,6 +77,7 @@ impl Input {
             from: b.mm,
             weight: 1.0,
             label: String::new(),
+            error: b.error,
         };
         Ok(Self {
             rows: a.into_iter().zip(b).map(row).collect(),

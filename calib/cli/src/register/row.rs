@@ -1,5 +1,7 @@
 //! A pair of points.
 
+use crate::input_files::points_text::StatedError;
+
 /// A pair as it was read.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Row {
@@ -13,4 +15,6 @@ pub(crate) struct Row {
     pub(crate) weight: f64,
     /// Empty where the file has none.
     pub(crate) label: String,
+    /// What a touch states of the error of `from`, where the file has it.
+    pub(crate) error: Option<StatedError>,
 }

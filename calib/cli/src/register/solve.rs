@@ -1,10 +1,15 @@
 //! From the pairs that were read to the registration, by the options of the command line.
 
-use calib::registration::{Method, Noise, Pairs, Refused, Registration, fit_scaled, register, register_robust, rms_at};
+use calib::registration::{
+    Method, Noise, PairError, Pairs, Propagated, Refused, Registration, fit_scaled, propagated, register,
+    register_robust, rms_at,
+};
 use geometry::{Frame, Point};
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6};
 
+use crate::input_files::points_text::StatedError;
 use crate::refusal::NoRegistration;
+use crate::register::file::TouchNoise;
 use crate::register::row::Row;
 
 /// The frame that `--to` names. Its name is known at run time only, so that it is none of the system's frames.
@@ -34,7 +39,8 @@ pub(crate) struct Options {
     pub(crate) robust: Option<f64>,
     /// `None`: more than half.
     pub(crate) min_inliers: Option<usize>,
-    /// Standard deviation per axis, mm; `None`: estimated from the residuals.
+    /// Standard deviation per axis, mm; `None`: estimated from the residuals. Where touches state their errors, of what comes to these: the
+    /// hand, and the point of `To`.
     pub(crate) noise_mm: Option<f64>,
     /// Of an estimate, the least, mm.
     pub(crate) least_noise_mm: Option<f64>,
@@ -51,7 +57,9 @@ pub(crate) struct Solution {
     pub(crate) inliers: Option<Vec<bool>>,
     pub(crate) noise: Noise,
     /// The covariance where errors are known pair by pair; else it is by `noise`.
-    pub(crate) by_pairs: Option<Matrix6<f64>>,
+    pub(crate) by_pairs: Option<Propagated>,
+    /// What the errors are made of, where touches state theirs.
+    pub(crate) touches: Option<TouchNoise>,
 }
 
 /// Why there is no solution.
@@ -66,6 +74,12 @@ pub(crate) enum SolveError {
          {MAX_ROBUST}; thin the set out"
     )]
     TooManyForRobust { pairs: usize, files: String },
+    /// What a touch states is no covariance.
+    #[error(
+        "registering the pairs of {files}: line {line}: cxx to czz are no covariance, or less than u1x to u3z make of it; \
+         expected one with no negative variance beside what is shared: touch anew"
+    )]
+    Stated { files: String, line: usize },
 }
 
 /// The name of a method on the command line and in files.
@@ -86,6 +100,12 @@ pub(crate) fn solve(rows: &[Row], options: &Options, files: &str) -> Result<Solu
         return Err(SolveError::TooManyForRobust {
             pairs: rows.len(),
             files: files.to_owned(),
+        });
+    }
+    if let Some(row) = rows.iter().find(|row| row.error.is_some_and(|error| !error.is_good())) {
+        return Err(SolveError::Stated {
+            files: files.to_owned(),
+            line: row.lines[1],
         });
     }
     let solved = unexplained(rows, options);
@@ -118,6 +138,21 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
     for (weight, inlier) in weights.iter_mut().zip(inliers.iter().flatten()) {
         *weight *= f64::from(u8::from(*inlier));
     }
+    // A scale is of points in other units, which no touches are.
+    if let Some(stated) = stated(rows).filter(|_| !options.scale) {
+        let (errors, touches, noise) = of_touches(&registration, &weights, &stated, options);
+        let used = Pairs::new(&to, &from)?.weighted(&weights)?;
+        let by_pairs = propagated(&registration.fit, used, &errors);
+        return Ok(Solution {
+            registration,
+            scale,
+            weights,
+            inliers,
+            noise,
+            by_pairs,
+            touches: Some(touches),
+        });
+    }
     let noise = noise(&registration, &weights, options);
     Ok(Solution {
         registration,
@@ -126,7 +161,62 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
         inliers,
         noise,
         by_pairs: None,
+        touches: None,
     })
+}
+
+/// What each touch states, where all do.
+fn stated(rows: &[Row]) -> Option<Vec<StatedError>> {
+    rows.iter().map(|row| row.error).collect()
+}
+
+/// The errors of pairs where touches state theirs: covariance and predictions are by these, as those of `calib match`. What they are
+/// made of, and the root mean square.
+fn of_touches(
+    registration: &Registration<To, From>,
+    weights: &[f64],
+    stated: &[StatedError],
+    options: &Options,
+) -> (Vec<PairError>, TouchNoise, Noise) {
+    let used = || {
+        stated
+            .iter()
+            .zip(weights)
+            .filter(|(_, weight)| **weight > 0.0)
+            .map(|(error, _)| error)
+    };
+    let rms = |part: &dyn Fn(&StatedError) -> Matrix3<f64>| {
+        let traces = used().map(|error| part(error).trace()).sum::<f64>();
+        (traces.max(0.0) / (3.0 * used().count() as f64)).sqrt()
+    };
+    let own_mm = rms(&StatedError::own);
+    // Residuals have each touch's own error in them and not what all share: what is left of them is of the hand and of the point.
+    let rest_mm = match options.noise_mm {
+        Some(given) => given,
+        None => {
+            let left = registration.estimated_noise().sigma_mm.powi(2) - own_mm * own_mm;
+            left.max(0.0).sqrt().max(options.least_noise_mm.unwrap_or(0.0))
+        }
+    };
+    let rest = Matrix3::identity() * (rest_mm * rest_mm);
+    let errors: Vec<PairError> = stated
+        .iter()
+        .map(|error| PairError {
+            own: error.own() + rest,
+            shared: error.shared.unwrap_or_default(),
+        })
+        .collect();
+    let told = stated.iter().all(|error| error.shared.is_some());
+    let touches = TouchNoise {
+        own_mm,
+        shared_mm: told.then(|| rms(&|error| error.covariance - error.own())),
+        hand_mm: rest_mm,
+        bead_mm: 0.0,
+    };
+    let noise = Noise {
+        sigma_mm: rms(&|error| error.covariance).hypot(rest_mm),
+    };
+    (errors, touches, noise)
 }
 
 fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
@@ -182,13 +272,15 @@ impl Options {
 impl Solution {
     /// Covariance of the transform; `None` where the points lie on a line to rounding.
     pub(crate) fn covariance(&self) -> Option<Matrix6<f64>> {
-        self.by_pairs.or_else(|| self.registration.covariance(self.noise))
+        self.by_pairs
+            .map(|of| of.covariance)
+            .or_else(|| self.registration.covariance(self.noise))
     }
 
     /// Root mean square error predicted at a point of `To`, mm.
     pub(crate) fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
         match &self.by_pairs {
-            Some(covariance) => rms_at(covariance, target),
+            Some(of) => rms_at(&of.covariance, target),
             None => self.registration.predicted_tre_mm(self.noise, target),
         }
     }

@@ -269,8 +269,17 @@ fn touches_are_kept_in_a_file_and_the_last_of_a_point_counts() {
         command.ends_with("--json --target=10,20,30") && command.contains(" --least-noise-mm 0.316"),
         "{command}"
     );
+    // With all that the touches state: the registration then counts it as `calib match` does.
     let pairs = std::fs::read_to_string(folder.path().join("pairs.csv")).unwrap();
-    assert_eq!(pairs.lines().nth(2), Some("90,0,0,91,2,3,p2"));
+    let lines: Vec<&str> = pairs.lines().collect();
+    assert_eq!(
+        [lines[0], lines[1], lines[3]],
+        [
+            "# places of the tip of scope in the reference, mm",
+            "to_x,to_y,to_z,label,from_x,from_y,from_z,cxx,cxy,cxz,cyy,cyz,czz",
+            "90,0,0,p2,91,2,3,0.01,0,0,0.01,0,0.01",
+        ]
+    );
     // Computed, then the first point again.
     desk.said(Err("points on a line".to_owned()), moment(0, 1));
     let shown = desk.show(0);

@@ -3,8 +3,6 @@
 use std::fs;
 use std::path::Path;
 
-use geometry::{Tracker, UncertainPoint};
-
 use crate::live::read_touches;
 use crate::store;
 
@@ -21,8 +19,8 @@ pub(super) struct Touches {
 pub(super) struct Touch {
     /// As it was called on the command line.
     pub(super) name: String,
-    pub(super) place: UncertainPoint<Tracker>,
-    line: String,
+    /// As its file has it.
+    pub(super) line: String,
 }
 
 /// What came of taking a touch.
@@ -58,7 +56,7 @@ impl Touches {
     pub(super) fn take(&mut self, path: &Path) -> Result<Taken, String> {
         let text = fs::read_to_string(path).map_err(|error| format!("reading {}: {error}", path.display()))?;
         let touches = read_touches(path).map_err(|error| error.to_string())?;
-        let [(name, place)] = &touches[..] else {
+        let [(name, _)] = &touches[..] else {
             return Err(format!(
                 "{}: {} touches, one is expected",
                 path.display(),
@@ -79,13 +77,22 @@ impl Touches {
         }
         self.rows.push(Touch {
             name: name.clone(),
-            place: *place,
             line: line.to_owned(),
         });
         Ok(Taken {
             name: name.clone(),
             forgotten,
         })
+    }
+
+    /// What all are of, as their first line says.
+    pub(super) fn of(&self) -> String {
+        self.head.lines().next().unwrap_or_default().to_owned()
+    }
+
+    /// The columns of their lines behind the name.
+    pub(super) fn columns(&self) -> impl Iterator<Item = &str> {
+        self.head.lines().nth(1).unwrap_or_default().split(',').skip(1)
     }
 
     /// Leaves the touches of a name out that were made before the last.
@@ -111,11 +118,5 @@ impl Touches {
             text.push('\n');
         }
         store::write(path, Ok(text), std::iter::empty()).map_err(|error| error.to_string())
-    }
-
-    /// Root mean square of their deviations along an axis, mm; 0 where there are none.
-    pub(super) fn sigma_mm(&self) -> f64 {
-        let squares: f64 = self.rows.iter().map(|row| row.place.rms_mm().powi(2) / 3.0).sum();
-        (squares / self.rows.len().max(1) as f64).sqrt()
     }
 }

@@ -22,7 +22,7 @@ const PAIRS: &str = "pairs.csv";
 const FEWEST: usize = 3;
 /// With three points one that was touched elsewhere is not seen; where there are more, so many are asked for.
 const TELLING: usize = 4;
-/// The least that a touch errs by along each axis, mm: a hand, and the point's place in the CT, as `calib match` takes them.
+/// The least that comes to what a touch states of itself, along each axis, mm: a hand, and the point's place in the CT, as `calib match` takes them.
 const HAND_MM: f64 = 0.3;
 const CT_MM: f64 = 0.1;
 
@@ -121,11 +121,21 @@ impl Touching {
 
     /// Pairs of the touched points with their known places, in a file that `calib register` reads.
     fn write_pairs(&self, points: &[KnownPoint]) -> Result<(), String> {
-        let mut text = "to_x,to_y,to_z,from_x,from_y,from_z,label\n".to_owned();
+        // With all that the touches state, and the calibration that they are with: their first line.
+        let mut text = self.touches.of() + "\nto_x,to_y,to_z,label,";
+        let columns: Vec<String> = self
+            .touches
+            .columns()
+            .map(|name| match name {
+                "x" | "y" | "z" => format!("from_{name}"),
+                name => name.to_owned(),
+            })
+            .collect();
+        text += &(columns.join(",") + "\n");
         for (i, point) in points.iter().enumerate() {
             let Some(touch) = self.touch_of(i) else { continue };
-            let ([a, b, c], [x, y, z]) = (point.place.mm(), touch.place.point().mm());
-            text += &format!("{a},{b},{c},{x},{y},{z},{}\n", touch.name);
+            let [a, b, c] = point.place.mm();
+            text += &format!("{a},{b},{c},{}\n", touch.line);
         }
         let path = self.around.work.join(PAIRS);
         store::write(&path, Ok(text), std::iter::empty()).map_err(|error| error.to_string())
@@ -240,7 +250,8 @@ impl Course for Touching {
         Ok(Some(match &self.of {
             Of::Points(points, _) => {
                 self.write_pairs(points)?;
-                let least = self.touches.sigma_mm().max(HAND_MM).hypot(CT_MM).to_string();
+                // What comes to what the touches state themselves.
+                let least = HAND_MM.hypot(CT_MM).to_string();
                 let pairs = self.around.file(PAIRS);
                 let words = ["--pairs", &pairs, "--least-noise-mm", &least, "--json"];
                 self.around.command("register", words.into_iter().chain(target))

@@ -6,7 +6,8 @@ use surface_registration::{Class, OrderCheck, free};
 
 use super::points::Shared;
 use super::{Made, TO};
-use crate::register::file::{FORMAT, InputFile, PredictedTre, RegistrationFile, Transform, Units, VERSION};
+use crate::live::calibration_of;
+use crate::register::file::{FORMAT, InputFile, PredictedTre, RegistrationFile, SharedPart, Transform, Units, VERSION};
 use crate::register::solve::To;
 use crate::register::surface::{
     BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord,
@@ -45,6 +46,7 @@ pub(super) fn describe(made: &Made<'_>) -> RegistrationFile {
         centre_mm: centre(made).mm(),
         predicted_tre: predicted_tre(made),
         robust_tolerance_mm: None,
+        shared: shared_part(made),
         pairs: Vec::new(),
         surface: Some(surface(made)),
         inputs: inputs(made),
@@ -185,9 +187,26 @@ fn moved_check(order: &OrderCheck) -> MovedCheck {
 pub(super) fn shared_words(shared: &Shared) -> String {
     match shared {
         Shared::Unknown => "not told: the errors predicted are without it".to_owned(),
+        Shared::Touches => "that of the touches, u1x to u3z of their file".to_owned(),
         Shared::Shift(mm) => format!("a shift of all points, {mm} mm along each axis"),
         Shared::Tip(of, _) | Shared::Probe(of, ..) => format!("that of {}", crate::text::shown(of)),
     }
+}
+
+/// What the points share, by the numbers that touches are with; or that its covariance is without it, where nothing was told. Of what else
+/// is told a check takes no part for known.
+fn shared_part(made: &Made<'_>) -> Option<SharedPart> {
+    let columns = match made.measured.shared {
+        Shared::Unknown => None,
+        Shared::Touches => Some(std::array::from_fn(|i| {
+            std::array::from_fn(|j| made.found.shared[(i, j)])
+        })),
+        Shared::Shift(_) | Shared::Tip(..) | Shared::Probe(..) => return None,
+    };
+    Some(SharedPart {
+        calibration: calibration_of(&made.source.text).map(str::to_owned),
+        columns,
+    })
 }
 
 /// The word of a class in files and reports.

@@ -11,6 +11,7 @@ use super::mirror::{self, Sounded};
 use crate::input_files::columns::{Layout, Row, Table, TableError};
 use crate::input_files::points_text::{COVARIANCE, SHARED};
 use crate::input_files::source::Source;
+use crate::live::shared as touches_shared;
 use crate::register::solve::From;
 
 const BEAM: [&str; 3] = ["beam_x", "beam_y", "beam_z"];
@@ -64,6 +65,8 @@ pub(super) struct Measured {
 pub(super) enum Shared {
     /// Nothing was told.
     Unknown,
+    /// The file of touches tells it, point by point (`u1x` to `u3z`).
+    Touches,
     /// A shift of all of them, of this deviation along each axis, mm.
     Shift(f64),
     /// That of a calibration of the tip, named in words.
@@ -86,13 +89,15 @@ impl Measured {
     /// Reads points.
     pub(super) fn read(source: &Source, asked: Asked<'_>) -> Result<Self, SurfaceCommandError> {
         let table = Table::new(source, &LAYOUT)?;
+        let told = of_touches(&table, &asked)?;
         let of = Of::table(&table, &asked)?;
         let rows = table.rows(&LAYOUT)?;
         let points = rows.iter().map(|row| of.point(row)).collect::<Result<Vec<_>, _>>()?;
         let lines: Vec<usize> = rows.iter().map(|row| row.line).collect();
         let mut mirrored = None;
-        let shared = match &asked.shared {
+        let shared = match &told {
             Shared::Unknown => None,
+            Shared::Touches => Some(stated(&rows)?),
             Shared::Shift(sigma_mm) => Some(shift(*sigma_mm, points.len())),
             Shared::Tip(of, tip) => {
                 let at = tip.transform() * Point::new(0.0, 0.0, 0.0);
@@ -124,7 +129,7 @@ impl Measured {
             points,
             lines,
             labels,
-            shared: asked.shared,
+            shared: told,
             mirrored,
         })
     }
@@ -136,6 +141,7 @@ struct Of {
     has_beam: bool,
     has_across: bool,
     has_depth: bool,
+    has_shared: bool,
 }
 
 enum NoiseOf {
@@ -170,6 +176,7 @@ impl Of {
             has_beam: table.has("beam_x"),
             has_across: table.has("across_x"),
             has_depth: table.has("depth"),
+            has_shared: table.has(SHARED[0]),
         };
         if !of.has_beam && (of.has_depth || of.has_across || matches!(of.noise, NoiseOf::Beam)) {
             return Err(wrong(
@@ -190,6 +197,7 @@ impl Of {
         let covariance_mm2 = match (&self.noise, beam) {
             (NoiseOf::Told(sigma_mm), _) => even(*sigma_mm),
             (NoiseOf::Sigma, _) => even(deviation(row, "sigma")?),
+            (NoiseOf::Covariance, _) if self.has_shared => own(row)?,
             (NoiseOf::Covariance, _) => covariance(row)?,
             (NoiseOf::Beam, Some(beam)) => return self.seen(row, place, beam),
             // Refused with the header.
@@ -273,6 +281,52 @@ fn covariance(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
     }
     let [xx, xy, xz, yy, yz, zz] = entries;
     Ok(Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz))
+}
+
+/// What is a touch's own: the rest is told apart.
+fn own(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
+    let shared = touches_shared(row)?;
+    let own = covariance(row)? - shared * shared.transpose();
+    // The point would be refused as well, by numbers that the file does not have.
+    match own.symmetric_eigenvalues().min() > 0.0 {
+        true => Ok(own),
+        false => Err(row.bad(COVARIANCE[0], "a covariance that is more than u1x to u3z make of it")),
+    }
+}
+
+/// Where the shared error is from: as is told, else from the columns of touches where they are there.
+fn of_touches(table: &Table<'_>, asked: &Asked<'_>) -> Result<Shared, SurfaceCommandError> {
+    let wrong = |what| SurfaceCommandError::Columns {
+        path: asked.path.to_owned(),
+        what,
+    };
+    match (&asked.shared, table.has(SHARED[0])) {
+        (_, true) if !table.has(COVARIANCE[0]) => {
+            Err(wrong("u1x to u3z are a part of a covariance: cxx to czz are missing"))
+        }
+        (Shared::Shift(_), true) => Err(wrong(
+            "it has what its points share (u1x to u3z): --shared-mm would overrule it",
+        )),
+        (Shared::Unknown, true) => Ok(Shared::Touches),
+        (told, _) => Ok(told.clone()),
+    }
+}
+
+/// The shared error of the columns of touches: three numbers of deviation 1, which move each point by its own columns.
+fn stated(rows: &[Row<'_>]) -> Result<SharedError, TableError> {
+    let lever = |row: &Row<'_>| {
+        let mut lever = Matrix3x6::zeros();
+        lever.fixed_view_mut::<3, 3>(0, 0).copy_from(&touches_shared(row)?);
+        Ok(lever)
+    };
+    let mut covariance = Matrix6::zeros();
+    for k in 0..3 {
+        covariance[(k, k)] = 1.0;
+    }
+    Ok(SharedError {
+        covariance,
+        levers: rows.iter().map(lever).collect::<Result<_, TableError>>()?,
+    })
 }
 
 /// A shift of all points together.

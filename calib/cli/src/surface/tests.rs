@@ -326,6 +326,67 @@ fn a_shared_error_is_in_what_is_predicted() {
     assert!(why.contains("none.json"), "{why}");
 }
 
+/// The columns in which touches tell what they share were passed over: 160 points of one tip averaged its error away.
+#[test]
+fn what_touches_share_is_in_the_registration_by_their_own_columns() {
+    let desk = Desk::new(160);
+    let (own, whole) = (NOISE_MM * NOISE_MM, NOISE_MM * NOISE_MM + 0.16);
+    let mut lines = desk.planted.csv();
+    lines = lines
+        .lines()
+        .enumerate()
+        .map(|(i, line)| match i {
+            0 => format!("{line},cxx,cxy,cxz,cyy,cyz,czz,u1x,u1y,u1z,u2x,u2y,u2z,u3x,u3y,u3z\n"),
+            _ => format!("{line},{whole},0,0,{whole},0,{whole},0.4,0,0,0,0.4,0,0,0,0.4\n"),
+        })
+        .collect();
+    let head = "# places of the tip of a in the tracker, mm; calibration 00000000000000aa\n";
+    fs::write(desk.path("u.csv"), head.to_owned() + &lines).unwrap();
+    let made = |words: &str| -> RegistrationFile {
+        let text = desk
+            .surface(&format!("{words} {TARGET} --ct-hash ab --json"))
+            .unwrap()
+            .text;
+        serde_json::from_str(&text).unwrap()
+    };
+    let plain = made(&format!("--points @p.csv --noise-mm {NOISE_MM}"));
+    assert_eq!(plain.shared.unwrap().columns, None);
+    let file = made("--points @u.csv");
+    let rms = |file: &RegistrationFile| file.predicted_tre[1].rms_mm.unwrap();
+    let none = plain.predicted_tre[1].rms_mm.unwrap();
+    // A shift of the points is one of the pose: three axes of 0.4 mm, beside what there is without.
+    let expected = (none * none + 3.0 * 0.16).sqrt();
+    assert!(
+        (rms(&file) / expected - 1.0).abs() < 0.02,
+        "{} {expected}; own {own}",
+        rms(&file)
+    );
+    // And what each of the three moves the target by is that shift, turned into the CT: a check takes it off.
+    let shared = file.shared.clone().unwrap();
+    assert_eq!(shared.calibration.as_deref(), Some("00000000000000aa"));
+    let columns = nalgebra::Matrix6x3::from_fn(|i, j| shared.columns.unwrap()[i][j]);
+    let mut slope = nalgebra::Matrix3x6::zeros();
+    slope
+        .fixed_view_mut::<3, 3>(0, 0)
+        .copy_from(&-nalgebra::Vector3::new(10.0, -20.0, 15.0).cross_matrix());
+    slope.fixed_view_mut::<3, 3>(0, 3).fill_with_identity();
+    let turn = nalgebra::Matrix3::from_fn(|i, j| file.transform.matrix[i][j]);
+    let off = (slope * columns - turn * 0.4).amax();
+    // What the priors hold of it: some hundredths.
+    assert!(off < 0.02 * 0.4, "{off}");
+    for (words, expected) in [
+        ("--shared-mm 0.2", "would overrule it"),
+        ("--noise-mm 1", "would overrule them"),
+    ] {
+        let why = desk.refused(&format!("--points @u.csv {TARGET} {words}"));
+        assert!(why.contains(expected), "{why}");
+    }
+    let less = lines.replace(&format!(",{whole},0,0,"), ",0.1,0,0,");
+    fs::write(desk.path("u.csv"), less).unwrap();
+    let why = desk.refused(&format!("--points @u.csv {TARGET}"));
+    assert!(why.contains("more than u1x to u3z make of it"), "{why}");
+}
+
 fn first_lines(text: &str, count: usize) -> String {
     text.lines().take(count).collect::<Vec<_>>().join("\n") + "\n"
 }

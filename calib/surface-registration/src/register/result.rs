@@ -4,7 +4,7 @@ use geometry::{Frame, Point, Rigid, Uncertain, UncertainPoint};
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 use super::{RegisterError, transform};
-use crate::points::Points;
+use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
@@ -38,6 +38,9 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub priors: Priors,
     /// Covariance of (w, v) in `To`, depth scale and offset: rad, mm, 1, mm.
     pub covariance: SMatrix<f64, 8, 8>,
+    /// What one unit of each number of the points' shared error moves the true pose against this one by, in the convention of its
+    /// covariance; zeros where none was told.
+    pub shared: SMatrix<f64, 6, 6>,
     /// Each point, in the order in which they were given.
     pub points: Vec<PointResult>,
     /// Root of the mean square of residuals within three deviations over what the noise that was told makes of it: 1 where it is right.
@@ -113,7 +116,9 @@ pub(super) fn result<To: Frame, From: Frame>(
     let fitted = (own * held).trace().clamp(0.0, UNKNOWNS as f64);
     let kept = kept(&each, &cloud.votes, fitted);
     let inflation = inflation(solver, &each, &cloud.votes, fitted);
-    let covariance = held * inflation + shared(&rows, points, &state, &held);
+    let answer = answer(&rows, points, &state, &held);
+    let of_shared = |shared: &SharedError| answer * shared.covariance * answer.transpose();
+    let covariance = held * inflation + points.shared().map_or_else(Matrix8::zeros, of_shared);
     let pose = transform(&state, points)?;
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -145,6 +150,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         offset_mm: state.offset,
         priors: *solver.priors,
         covariance: about_origin(&covariance, &state.shift),
+        shared: (carry(&state.shift) * answer).fixed_rows::<6>(0).into_owned(),
         noise_ratio: kept.ratio,
         noise_ratio_sigma: kept.sigma,
         share_kept: kept.count / total,
@@ -200,26 +206,30 @@ fn units(radius_mm: f64) -> Matrix8 {
     Matrix8::from_diagonal(&[r, r, r, 1.0, 1.0, 1.0, 0.02, 1.0].into())
 }
 
-/// What the error that all points share adds: it moves every residual at once, and the fit answers.
-fn shared<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: &Matrix8) -> Matrix8 {
-    let Some(shared) = points.shared() else {
-        return Matrix8::zeros();
-    };
+/// What one unit of each number of the error that all points share moves the unknowns by: it moves every residual at once, and the fit
+/// answers.
+fn answer<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: &Matrix8) -> SMatrix<f64, UNKNOWNS, 6> {
     let mut pull = SMatrix::<f64, UNKNOWNS, 6>::zeros();
+    let Some(shared) = points.shared() else { return pull };
     for row in &rows.rows {
         let normal = row.slope.fixed_rows::<3>(3).transpose();
         pull += row.slope * (normal * state.turn * shared.levers[row.point]) * row.weight;
     }
-    let answer = held * pull;
-    answer * shared.covariance * answer.transpose()
+    held * pull
 }
 
 /// From (w, v about the centre, ...) to (w, v about the origin, ...): v = v_c - w x c.
 fn about_origin(covariance: &Matrix8, centre: &Vector3<f64>) -> Matrix8 {
-    let mut carry = Matrix8::identity();
-    carry.fixed_view_mut::<3, 3>(3, 0).copy_from(&centre.cross_matrix());
+    let carry = carry(centre);
     let c = carry * covariance * carry.transpose();
     (c + c.transpose()) * 0.5
+}
+
+/// The same of a small motion itself.
+fn carry(centre: &Vector3<f64>) -> Matrix8 {
+    let mut carry = Matrix8::identity();
+    carry.fixed_view_mut::<3, 3>(3, 0).copy_from(&centre.cross_matrix());
+    carry
 }
 
 fn landmark_ratio(problem: &Problem<'_, Exact<'_>>, state: &State) -> Option<f64> {
