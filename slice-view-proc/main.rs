@@ -1,5 +1,28 @@
 //! The `slice-view-proc` process.
 
+use recorder::replay::instant::{Place, instant};
+use slice_view_proc::{At, Recorded};
+
 fn main() -> std::process::ExitCode {
-    slice_view_proc::cli::main(volume_loader::load, volume_loader::load_labels)
+    slice_view_proc::cli::main(
+        (volume_loader::load_seeded, volume_loader::load_labels),
+        |recording, at| {
+            let place = match at {
+                At::Time(text) => Place::At(text),
+                At::Seq(seq) => Place::Seq(*seq),
+            };
+            let found = instant(recording, place)?;
+            let tissue = found.tissue.map(|(mesh, state)| {
+                let (mesh, state) = ((mesh.header, mesh.bytes), *state);
+                (mesh, (state.header, state.nodes))
+            });
+            Ok(Recorded {
+                scene: found.scene,
+                volume_hash: found.volume_hash,
+                pose: found.pose,
+                guide: found.guide,
+                tissue,
+            })
+        },
+    )
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use bus::process::{Membership, Process, exit};
 use clap::{Args, Parser, Subcommand};
 
-mod stretch;
+pub(crate) mod stretch;
 mod tools;
 
 use crate::edit::compare::{self, CompareError, Summary, compare};

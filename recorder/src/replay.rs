@@ -9,6 +9,8 @@
 //!   has made it, where it makes poses.
 //! * [`images`]: pictures of every pose, or of every N-th, as files.
 //! * [`moment`]: one moment as files.
+//! * [`instant`]: one moment for a picture without a run.
+//! * `find`: the way to a place.
 //! * `lead`: what a pose goes on from behind a jump, and what it comes to beside that.
 //! * [`timing`]: how well time was kept.
 //! * [`account`]: what came of it.
@@ -22,8 +24,10 @@ mod bar;
 pub mod choices;
 pub(crate) mod cli;
 pub mod facts;
+mod find;
 mod heads;
 pub mod images;
+pub mod instant;
 mod lead;
 pub mod moment;
 pub mod process;

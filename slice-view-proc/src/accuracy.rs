@@ -56,35 +56,40 @@ impl Accuracy {
     /// Where no covariance came with the prediction, the circle of its radius. `None` where nothing is known.
     pub(crate) fn ellipse(&self, plane: &SlicePlane, tip: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         let circle_mm = self.tip_95_mm?;
-        let (right, down) = (plane.right(), plane.down());
-        let [a, b, c] = [
-            self.between(right, right),
-            self.between(right, down),
-            self.between(down, down),
-        ];
-        // The axes: half the trace plus and minus the radius of Mohr's circle, the first at half its angle.
-        let (mean, radius) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
-        let turn = 0.5 * b.atan2(0.5 * (a - c));
-        let [long, short] = match mean > 0.0 {
-            true => [mean + radius, (mean - radius).max(0.0)].map(|variance| (variance * CHI_SQUARED_95).sqrt()),
-            false => [circle_mm; 2],
-        };
-        let [long, short] = [long, short].map(|mm| mm / plane.pixel_mm());
-        let at = |i: usize| {
-            let (s, c) = (TAU * i as f64 / SIDES as f64).sin_cos();
-            let (x, y) = (long * c, short * s);
-            let (turn_s, turn_c) = turn.sin_cos();
-            [tip[0] + x * turn_c - y * turn_s, tip[1] + x * turn_s + y * turn_c]
-        };
-        Some((0..=SIDES).map(at).collect())
+        let known = ellipse_95(&self.covariance_mm2, plane, tip);
+        Some(known.unwrap_or_else(|| polygon(tip, [circle_mm / plane.pixel_mm(); 2], 0.0)))
     }
+}
 
-    /// `u^T C v`, mm^2.
-    fn between(&self, u: Direction<Ct>, v: Direction<Ct>) -> f64 {
-        let (u, v) = (u.components(), v.components());
-        let row = |i: usize| (0..3).map(|j| self.covariance_mm2[i][j] * v[j]).sum::<f64>();
-        (0..3).map(|i| u[i] * row(i)).sum()
-    }
+/// The ellipse on the image that holds the projection of a place with 95 %, about its pixel `at`: a closed polygon. `None` where its covariance, mm^2, is
+/// none along the image.
+pub(crate) fn ellipse_95(covariance_mm2: &[[f64; 3]; 3], plane: &SlicePlane, at: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+    let (right, down) = (plane.right(), plane.down());
+    let between = |u, v| between(covariance_mm2, u, v);
+    let [a, b, c] = [between(right, right), between(right, down), between(down, down)];
+    // The axes: half the trace plus and minus the radius of Mohr's circle, the first at half its angle.
+    let (mean, radius) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
+    let turn = 0.5 * b.atan2(0.5 * (a - c));
+    let half = |variance: f64| (variance * CHI_SQUARED_95).sqrt() / plane.pixel_mm();
+    (mean > 0.0).then(|| polygon(at, [half(mean + radius), half((mean - radius).max(0.0))], turn))
+}
+
+/// An ellipse about `at` with these half axes, pixels, the first turned by so much.
+fn polygon(at: [f64; 2], [long, short]: [f64; 2], turn: f64) -> Vec<[f64; 2]> {
+    let (turn_s, turn_c) = turn.sin_cos();
+    let corner = |i: usize| {
+        let (s, c) = (TAU * i as f64 / SIDES as f64).sin_cos();
+        let (x, y) = (long * c, short * s);
+        [at[0] + x * turn_c - y * turn_s, at[1] + x * turn_s + y * turn_c]
+    };
+    (0..=SIDES).map(corner).collect()
+}
+
+/// `u^T C v`, mm^2.
+fn between(covariance_mm2: &[[f64; 3]; 3], u: Direction<Ct>, v: Direction<Ct>) -> f64 {
+    let (u, v) = (u.components(), v.components());
+    let row = |i: usize| (0..3).map(|j| covariance_mm2[i][j] * v[j]).sum::<f64>();
+    (0..3).map(|i| u[i] * row(i)).sum()
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use scene::{
 
 use crate::overview::{LoadLabels, LoadVolume};
 use crate::run;
-use crate::snapshot::{Snapshot, SnapshotError, snapshot};
+use crate::snapshot::{At, LoadRecorded, OfRecording, Snapshot, SnapshotError, recorded, snapshot};
 
 /// A pose typed by hand has a few digits; its quaternion is normalised.
 const TYPED_TOLERANCE: f64 = 1e-3;
@@ -29,7 +29,8 @@ const TYPED_TOLERANCE: f64 = 1e-3;
     slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png\n  \
     slice-view-proc snapshot --volume phantom --view perpendicular --pose 0.7071,0.7071,0,0,0,0,0 \\\n    \
     --size 512x512 --pixel-mm 0.2 --filter linear --out p.png --hu p.mha\n  \
-    slice-view-proc snapshot --volume phantom --view surface --from left --pose 1,0,0,0,0,0,0 --pixel-mm 0.8 --out s.png\n\n\
+    slice-view-proc snapshot --volume phantom --view surface --from left --pose 1,0,0,0,0,0,0 --pixel-mm 0.8 --out s.png\n  \
+    slice-view-proc snapshot --recording out/session.mcap --at 9.4s --view frontal --out f.png\n\n\
     Within a run the pilot starts one of these for each plane direction of the scene."
 )]
 struct Cli {
@@ -52,19 +53,49 @@ enum Verb {
         #[arg(long)]
         plane: PlaneArg,
     },
-    /// Draws one image of a file.
+    /// Draws one image of a file, or of an instant of a recording.
     #[command(
-        after_help = "Example:\n  slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png"
+        after_help = "Examples:\n  slice-view-proc snapshot --volume ct.nii.gz --view axial --pose 1,0,0,0,12,-30,140 --out axial.png\n  \
+        slice-view-proc snapshot --recording out/session.mcap --seq 188 --view frontal --out f.png"
     )]
     Snapshot(Box<SnapshotArgs>),
 }
 
+/// What the scene of a recording says.
+const OF_NO_RECORDING: [&str; 14] = [
+    "pose",
+    "size",
+    "pixel_mm",
+    "filter",
+    "slab_mm",
+    "minify",
+    "ahead_mm",
+    "window",
+    "from",
+    "bone_hu",
+    "back_end",
+    "gpu_weights",
+    "reference",
+    "hu",
+];
+
 #[derive(Debug, clap::Args)]
+#[command(group = clap::ArgGroup::new("instant"))]
 struct SnapshotArgs {
+    /// A recording: the image that a view of its run showed of an instant, with the organs where they were recorded. All else is as its
+    /// scene says.
+    #[arg(long, value_name = "FILE", requires_all = ["instant", "out"], conflicts_with_all = OF_NO_RECORDING)]
+    recording: Option<PathBuf>,
+    /// The instant: a time from the first pose on, such as 9.4s; the first pose published then or later.
+    #[arg(long, value_name = "TIME", group = "instant", requires = "recording")]
+    at: Option<String>,
+    /// The instant: the number of a pose.
+    #[arg(long, value_name = "N", group = "instant", requires = "recording")]
+    seq: Option<u64>,
     /// The CT: a folder with a DICOM series, a file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd, an Enhanced CT), or
-    /// `phantom`.
-    #[arg(long)]
-    volume: PathBuf,
+    /// `phantom`; with a recording only where the CT lies elsewhere by now.
+    #[arg(long, required_unless_present = "recording")]
+    volume: Option<PathBuf>,
     /// Which series of the folder, from 1 in the order that the loader lists.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     series: Option<u32>,
@@ -74,12 +105,17 @@ struct SnapshotArgs {
     /// Take the axes of a file without orientation as left, posterior, superior instead of refusing it.
     #[arg(long)]
     assume_lps: bool,
-    /// The plane's direction.
+    /// The plane's direction: axial, frontal, sagittal, perpendicular, surface; of a recording the name of one of its views.
     #[arg(long)]
-    view: PlaneArg,
+    view: String,
     /// ct_from_tool: unit quaternion and tip, LPS mm.
-    #[arg(long, value_name = "qw,qx,qy,qz,tx,ty,tz", allow_hyphen_values = true)]
-    pose: Numbers<7>,
+    #[arg(
+        long,
+        value_name = "qw,qx,qy,qz,tx,ty,tz",
+        allow_hyphen_values = true,
+        required_unless_present = "recording"
+    )]
+    pose: Option<Numbers<7>>,
     /// Pixels.
     #[arg(long, value_name = "WxH", default_value = "512x512")]
     size: Size,
@@ -287,43 +323,60 @@ pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
 
-/// The binary; `load` reads the files that `snapshot` names, `load_labels` the label map of a scene.
-pub fn main(load: LoadVolume, load_labels: LoadLabels) -> ExitCode {
+/// The binary; `load` reads the files that `snapshot` names, `load_labels` the label map of a scene, `read` recordings.
+pub fn main((load, load_labels): (LoadVolume, LoadLabels), read: LoadRecorded) -> ExitCode {
     match Cli::parse().command {
         Verb::Run { run_dir, parent, plane } => {
             let membership = Membership { run_dir, parent };
             exit("slice-view-proc", run::run(plane.into(), &membership, load_labels))
         }
-        Verb::Snapshot(args) => exit("slice-view-proc", take(*args, load)),
+        Verb::Snapshot(args) => exit("slice-view-proc", take(&args, (load, load_labels), read)),
     }
 }
 
-fn take(args: SnapshotArgs, load: LoadVolume) -> Result<(), SnapshotError> {
-    let [w, x, y, z, tx, ty, tz] = args.pose.0;
+fn take(args: &SnapshotArgs, loads: (LoadVolume, LoadLabels), read: LoadRecorded) -> Result<(), SnapshotError> {
+    let volume = args.volume.clone().map(|path| {
+        let mut volume = VolumeSpec::of_path(path);
+        if let VolumeSource::File(file) = &mut volume.source {
+            (file.series, file.regrid, file.assume_lps) = (args.series, args.regrid, args.assume_lps);
+        }
+        volume
+    });
+    if let (Some(recording), Some(out)) = (&args.recording, &args.out) {
+        let what = OfRecording {
+            recording,
+            at: match (&args.at, &args.seq) {
+                (_, Some(seq)) => At::Seq(seq),
+                (at, None) => At::Time(at.as_deref().unwrap_or_default()),
+            },
+            view: &args.view,
+            moved_to: volume.map(|volume| volume.source),
+            out,
+        };
+        return recorded(&what, loads, read);
+    }
+    let plane = PlaneArg::from_str(&args.view, true).map_err(|_| SnapshotError::View(args.view.clone()))?;
+    let numbers = args.pose.as_ref().map_or([f64::NAN; 7], |pose| pose.0);
+    let [w, x, y, z, tx, ty, tz] = numbers;
     let pose = checked::rigid([w, x, y, z], [tx, ty, tz], TYPED_TOLERANCE).map_err(SnapshotError::Pose)?;
     let sampling = args.sampling()?;
     if !args.ahead_mm.is_finite() {
         return Err(SnapshotError::Ahead(args.ahead_mm));
     }
-    let (render, surface) = (args.render(), args.surface());
-    let mut volume = VolumeSpec::of_path(args.volume);
-    if let VolumeSource::File(file) = &mut volume.source {
-        (file.series, file.regrid, file.assume_lps) = (args.series, args.regrid, args.assume_lps);
-    }
     let what = Snapshot {
-        volume,
-        plane: args.view.into(),
+        volume: volume.unwrap_or_else(|| VolumeSpec::of_path(PathBuf::new())),
+        plane: plane.into(),
         pose,
         size: args.size.0,
         pixel_mm: args.pixel_mm,
         sampling,
         ahead_mm: args.ahead_mm,
         window: args.window.0,
-        surface,
+        surface: args.surface(),
         reference: args.reference,
-        render,
-        out: args.out,
-        hu: args.hu,
+        render: args.render(),
+        out: args.out.clone(),
+        hu: args.hu.clone(),
     };
-    snapshot(&what, load)
+    snapshot(&what, loads.0)
 }

@@ -43,7 +43,7 @@ impl Chosens {
     }
 
     /// Takes in one; of one that is no plan nothing is shown, nor what was chosen before it.
-    fn take(&mut self, guide: &Guide) -> Option<String> {
+    pub(crate) fn take(&mut self, guide: &Guide) -> Option<String> {
         let (said, why) = match said(guide) {
             Ok(said) => (said, None),
             Err(error) => (Said::default(), Some(error.to_string())),

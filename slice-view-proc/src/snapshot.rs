@@ -1,5 +1,7 @@
 //! One image of one pose of one file, without a run.
 
+mod recorded;
+
 use std::path::{Path, PathBuf};
 
 use bus::message::FrameStamp;
@@ -16,6 +18,8 @@ use crate::overview::{Anatomy, LoadVolume};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::{Chosen, Reference, Resampler, ResliceError};
 use crate::tissue::Tissues;
+pub use recorded::{At, LoadRecorded, Recorded, RecordedError, RecordedMesh, RecordedState};
+pub(crate) use recorded::{OfRecording, recorded};
 
 /// What to draw and where to put it.
 #[derive(Debug, Clone)]
@@ -44,6 +48,11 @@ pub enum SnapshotError {
     /// The volume cannot be read.
     #[error("{0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
+    /// No direction of planes.
+    #[error(
+        "--view {0:?}: expected axial, frontal, sagittal, perpendicular or surface; with --recording the name of one of its views"
+    )]
+    View(String),
     /// The pose is not a pose.
     #[error("--pose: {0}")]
     Pose(DoorError),
@@ -76,6 +85,9 @@ pub enum SnapshotError {
     /// The MetaImage was not written.
     #[error(transparent)]
     Mha(#[from] MhaError),
+    /// An instant of a recording was not drawn.
+    #[error(transparent)]
+    Recorded(#[from] RecordedError),
 }
 
 /// Draws it.
@@ -83,8 +95,8 @@ pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), Snapshot
     if what.plane == Plane::Surface && what.hu.is_some() {
         return Err(SnapshotError::NoHu);
     }
-    let volume = load(&what.volume).map_err(SnapshotError::Volume)?;
     let mut scene = Scene::parse("", Path::new("(defaults)"))?;
+    let volume = load(&what.volume, scene.seed).map_err(SnapshotError::Volume)?;
     // One image: there are no others whose planes could cut it.
     scene.views.clear();
     let field_mm = what.pixel_mm * f64::from(what.size[0].min(what.size[1]));

@@ -1,22 +1,20 @@
-//! Organs that the tube moves, as they come over the bus: their shapes once, and where they are for the poses of the last while.
+//! Organs that the tube moves, as they come over the bus or out of a recording: their shapes once, and where they are for the poses of the last while.
 //!
 //! An image shows organs moved only with a state of its very pose; else it shows the examination as it was taken, and says so.
 
-use std::collections::VecDeque;
+mod answers;
 
 use bus::message::{
-    TargetShown, TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown, TissueState,
-    ToolPose,
+    TargetShown, TissueError, TissueHeader, TissueMesh, TissueMeshError, TissueMeshHeader, TissueShown,
 };
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
 use bus::{Bus, BusError};
-use geometry::{Ct, Model, Point, Rigid};
+use geometry::{Ct, Model, Point, Rigid, UncertainPoint};
 
 use crate::warp::{Cube, NoShape, Organ, Region, Shape};
-
-/// States that are kept: an image may be asked for of a pose that is not the newest.
-const KEPT: usize = 32;
+pub(crate) use answers::Answers;
+use answers::KEPT;
 
 /// What an image shows of the tissue.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,6 +29,19 @@ pub struct Tissues<'a> {
     pub seq: u64,
     /// What the tissue does to the tube, N, of a settled state.
     pub force_n: Option<f64>,
+    /// What a settled state tells of the model's errors at places.
+    pub errors: Option<&'a TissueHeader>,
+}
+
+/// How well a model knows where it has a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PlaceKnown {
+    /// Covariance by uncertain numbers of the model, mm^2 in the CT's axes.
+    pub(crate) covariance_mm2: [[f64; 3]; 3],
+    /// The true place, were the model true but for these, lies this near with 95 % at least, mm.
+    pub(crate) radius_95_mm: f64,
+    /// How much older than the image's pose it is, ns.
+    pub(crate) age_ns: i64,
 }
 
 impl Tissues<'_> {
@@ -51,6 +62,18 @@ impl Tissues<'_> {
             _ => TargetShown::AtRest,
         };
         (moved.unwrap_or(planned), shown)
+    }
+
+    /// How well a settled model knows where it has a target; `None`: nobody knows.
+    pub(crate) fn known(&self, planned: Point<Ct>) -> Option<PlaceKnown> {
+        let errors = self.errors.filter(|_| self.shown == TissueShown::Settled)?;
+        let (covariance_mm2, age_ns) = errors.error_of(planned.mm())?;
+        let whole = UncertainPoint::from_rows(planned, covariance_mm2).ok()?;
+        Some(PlaceKnown {
+            covariance_mm2,
+            radius_95_mm: whole.radius_95_mm(),
+            age_ns,
+        })
     }
 
     /// Organs that cannot be drawn where a state has them.
@@ -175,14 +198,6 @@ impl Moved<'_> {
     }
 }
 
-/// A state of the organs.
-#[derive(Debug)]
-struct Kept {
-    header: TissueHeader,
-    state: TissueState,
-    places: Vec<[f32; 3]>,
-}
-
 /// States as they come, each of which wakes.
 pub(crate) type States = HeadedSubscriber<TissueHeader, f32>;
 
@@ -198,11 +213,9 @@ pub(crate) fn states(bus: &Bus) -> Result<States, BusError> {
 #[derive(Debug)]
 pub(crate) struct Tissue {
     meshes: HeadedSubscriber<TissueMeshHeader, u8>,
-    piece_mm: f64,
+    pub(crate) answers: Answers,
     /// Without a state for so long after the capture of a pose it is shown rigid, ns.
     pub(crate) late_ns: i64,
-    shapes: Option<Shapes>,
-    kept: VecDeque<Kept>,
     /// States have been late: poses do not wait for theirs.
     pub(crate) behind: bool,
     /// The pose that was drawn last without its state: number and capture.
@@ -215,10 +228,8 @@ impl Tissue {
     pub(crate) fn open(bus: &Bus, piece_mm: f64, late_ns: i64) -> Result<Self, BusError> {
         Ok(Self {
             meshes: HeadedSubscriber::open(bus, &TISSUE_MESH, 1)?,
-            piece_mm,
+            answers: Answers::new(piece_mm),
             late_ns,
-            shapes: None,
-            kept: VecDeque::with_capacity(KEPT),
             behind: false,
             lacked: None,
             refused: 0,
@@ -234,22 +245,18 @@ impl Tissue {
     ) -> Result<Option<NoTissue>, BusError> {
         let mut why = self.take_meshes(volume_hash)?;
         // Whoever joins late may be given the newest state before its mesh: it waits where it is.
-        while self.shapes.is_some()
+        while self.answers.has_shapes()
             && let Some(state) = states.next()?
         {
-            let is_known = |shapes: &Shapes| shapes.mesh_id == state.header().mesh_id;
-            if !self.shapes.as_ref().is_some_and(is_known) {
+            if !self.answers.is_of(&state.header().mesh_id) {
                 // Sent before the state, and maybe after the look above.
                 why = why.or(self.take_meshes(volume_hash)?);
             }
-            let Some(shapes) = &self.shapes else { break };
-            match kept(state.header(), state.values(), shapes) {
-                Ok(kept) => {
-                    self.behind &= now_ns.saturating_sub(kept.header.t_capture_ns) >= self.late_ns;
-                    self.kept.truncate(KEPT - 1);
-                    self.kept.push_front(kept);
+            match self.answers.take_state(state.header(), state.values()) {
+                Ok(()) => {
+                    self.behind &= now_ns.saturating_sub(state.header().t_capture_ns) >= self.late_ns;
                 }
-                Err(error) => why = why.or(Some(error.into())),
+                Err(error) => why = why.or(Some(error)),
             }
         }
         self.refused += u64::from(why.is_some());
@@ -259,85 +266,11 @@ impl Tissue {
     fn take_meshes(&mut self, volume_hash: &[u8; 32]) -> Result<Option<NoTissue>, BusError> {
         let mut why = None;
         while let Some(mesh) = self.meshes.next()? {
-            let is_known = |shapes: &Shapes| shapes.mesh_id == mesh.header().mesh_id;
-            if self.shapes.as_ref().is_some_and(is_known) {
-                continue;
-            }
-            match Shapes::read((mesh.header(), mesh.values()), volume_hash, self.piece_mm) {
-                // Whoever was started again may have others: states of the old ones go with them.
-                Ok(shapes) => {
-                    self.kept.clear();
-                    self.shapes = Some(shapes);
-                }
-                Err(error) => why = why.or(Some(error)),
-            }
+            let taken = self.answers.take_mesh((mesh.header(), mesh.values()), volume_hash);
+            why = why.or(taken.err());
         }
         Ok(why)
     }
-
-    /// Whether a pose is answered.
-    pub(crate) fn has(&self, pose: &ToolPose) -> bool {
-        self.of(pose).is_some()
-    }
-
-    /// A number alone may come again: a source that counts anew has the moment to tell them by.
-    fn of(&self, pose: &ToolPose) -> Option<&Kept> {
-        let of = |header: &TissueHeader| (header.pose_seq, header.registration_id, header.t_capture_ns);
-        let pose = (pose.seq, pose.registration_id, pose.t_capture_ns);
-        let is_of = |kept: &&Kept| of(&kept.header) == pose;
-        self.kept.iter().find(is_of)
-    }
-
-    /// What an image of a pose shows; `now_ns` where it claims the present.
-    pub(crate) fn shown(&self, pose: &ToolPose, now_ns: Option<i64>) -> Tissues<'_> {
-        let (Some(kept), Some(shapes)) = (self.of(pose), &self.shapes) else {
-            let last_ns = self.kept.front().map(|kept| kept.header.t_capture_ns);
-            return Tissues {
-                shown: TissueShown::Late,
-                late_ns: now_ns.zip(last_ns).map(|(now, last)| now.saturating_sub(last)),
-                ..Tissues::default()
-            };
-        };
-        let shown = match kept.state {
-            TissueState::Settled => TissueShown::Settled,
-            TissueState::Approximate => TissueShown::Approximate,
-            TissueState::CatchingUp => TissueShown::CatchingUp,
-            TissueState::Refused => TissueShown::Refused,
-            TissueState::Lost => TissueShown::Rigid,
-        };
-        let places = kept.places.as_slice();
-        Tissues {
-            shown,
-            moved: kept.state.is_of_pose().then_some(Moved { shapes, places }),
-            late_ns: None,
-            seq: kept.header.seq,
-            force_n: (kept.state == TissueState::Settled).then(|| {
-                let [x, y, z] = kept.header.force;
-                x.hypot(y).hypot(z)
-            }),
-        }
-    }
-
-    /// The first bytes of the mesh's id, for stamps; 0 without a mesh.
-    pub(crate) fn mesh(&self) -> u64 {
-        let id = self.shapes.as_ref().map_or([0; 32], |shapes| shapes.mesh_id);
-        u64::from_be_bytes(std::array::from_fn(|k| id[k]))
-    }
-}
-
-fn kept(header: &TissueHeader, values: &[f32], shapes: &Shapes) -> Result<Kept, TissueError> {
-    let state = header.state_of()?;
-    // Without a state for the pose there are no places, but it must be of the mesh all the same.
-    let nodes = if state.is_of_pose() || !values.is_empty() {
-        shapes.nodes()
-    } else {
-        0
-    };
-    Ok(Kept {
-        header: *header,
-        state,
-        places: header.places(values, (&shapes.mesh_id, nodes))?.to_vec(),
-    })
 }
 
 #[cfg(test)]

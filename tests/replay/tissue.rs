@@ -1,5 +1,5 @@
-//! Organs that move with the tube, in simulated time and in replays: each image shows the state of its very pose, and what is made again
-//! is the same to the bit.
+//! Organs that move with the tube, in simulated time, in replays and in snapshots of recordings: each image shows the state of its very pose, and
+//! what is made again is the same to the bit.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,13 +12,20 @@ use recorder::wire::proto::TissueFrame;
 const RATE: usize = 10;
 const SECONDS: usize = 11;
 
-/// The shipped scene with one small view.
+/// A place in the kidney's lower pole, which the shipped scene has for a target.
+const IN_THE_KIDNEY: &str = "in the lower pole";
+
+/// The shipped scene with one small view, aiming at the target that the kidney takes along.
 fn scene(world: &World) -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("config/tissue.toml")).unwrap();
     let organs = root.join("config/solids/demo-kidney.toml");
     let text = text
         .replace("rate_hz = 20.0", &format!("rate_hz = {RATE}.0"))
+        .replace(
+            "target = \"under the kidney\"",
+            &format!("target = \"{IN_THE_KIDNEY}\""),
+        )
         .replace("solids/demo-kidney.toml", organs.to_str().unwrap());
     let view =
         "[[views]]\nname = \"frontal\"\nplane = \"frontal\"\nextent = \"local\"\nfield_mm = 120.0\nsize = [192, 192]\n";
@@ -57,6 +64,94 @@ fn check_pictures(out: &Path, states: &BTreeMap<u64, TissueFrame>) -> usize {
     files.len()
 }
 
+/// The picture of an instant of a recording, without a run: what came of asking for it.
+fn snapshot(world: &World, recording: &Path, which: &[&str], out: &Path) -> std::process::Output {
+    let (recording, out) = (recording.to_string_lossy(), out.to_string_lossy());
+    let all = [
+        "snapshot",
+        "--recording",
+        &*recording,
+        "--view",
+        "frontal",
+        "--out",
+        &*out,
+    ];
+    world.output("slice-view-proc", &[&all[..], which].concat())
+}
+
+/// Snapshots of some instants are byte for byte the pictures that a replay took.
+fn check_snapshots(world: &World, recording: &Path, replayed: &Path, seqs: &[u64]) {
+    let out = world.path("instant.png");
+    for seq in seqs {
+        let taken = snapshot(world, recording, &["--seq", &seq.to_string()], &out);
+        assert!(taken.status.success(), "{}", stderr(&taken));
+        let picture = replayed.join(format!("images/frontal-{seq:06}.png"));
+        assert_eq!(
+            std::fs::read(&out).unwrap(),
+            std::fs::read(picture).unwrap(),
+            "pose {seq}"
+        );
+    }
+}
+
+/// Files that were cut off, and places that are none, are refused by name and leave no picture.
+fn check_refused(world: &World, recording: &Path) {
+    let (cut, out) = (world.path("cut.mcap"), world.path("none.png"));
+    let bytes = std::fs::read(recording).unwrap();
+    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    for (recording, which, words) in [
+        (cut.as_path(), ["--seq", "60"], ["at byte", "recorder recover"]),
+        (
+            recording,
+            ["--seq", "100000"],
+            ["no pose of this number", "its first is"],
+        ),
+        (recording, ["--at", "1h"], ["--at 3600 s", "goes from 0 s to"]),
+    ] {
+        let said = snapshot(world, recording, &which, &out);
+        let text = stderr(&said);
+        assert!(
+            !said.status.success() && words.iter().all(|word| text.contains(word)),
+            "{text}"
+        );
+        assert!(!out.exists());
+    }
+}
+
+/// States that push the kidney tell the model's error at the target in it, of a pose that is a little older, and larger the more it is pushed.
+fn check_errors(states: &BTreeMap<u64, TissueFrame>) {
+    let of = |state: &TissueFrame| (state.header.errors_known == 1).then(|| state.header.errors[0]);
+    let moved = |state: &TissueFrame| {
+        let covariance = of(state)?.covariance;
+        Some((covariance[0] + covariance[3] + covariance[5]).sqrt())
+    };
+    let settled = states
+        .values()
+        .filter(|state| state.header.state == 0 && force(state) > 0.2);
+    let known: Vec<f64> = settled.clone().filter_map(moved).collect();
+    assert!(known.len() > 10 && known.len() * 2 > settled.count(), "{known:?}");
+    // Tenths of a millimetre at least, by stiffnesses that are off by tenths; and no metre.
+    let most = known.iter().copied().fold(0.0, f64::max);
+    assert!((0.1..30.0).contains(&most), "{most} mm");
+    for state in states.values().filter(|state| state.header.state != 0) {
+        assert_eq!(of(state), None, "{:?}", state.header.pose_seq);
+    }
+    for state in states.values().filter(|state| of(state).is_some()) {
+        let header = &state.header;
+        let place = header.errors[0].at_rest_mm;
+        let (_, age_ns) = header.error_of(place).unwrap();
+        assert!(
+            age_ns > 0 && header.errors_pose_seq < header.pose_seq,
+            "{}",
+            header.pose_seq
+        );
+    }
+}
+
+fn force(state: &TissueFrame) -> f64 {
+    state.header.force.iter().map(|f| f * f).sum::<f64>().sqrt()
+}
+
 #[test]
 fn each_image_of_a_replay_has_the_state_of_its_pose_and_states_made_again_are_the_same_to_the_bit() {
     let world = World::new();
@@ -75,12 +170,18 @@ fn each_image_of_a_replay_has_the_state_of_its_pose_and_states_made_again_are_th
     );
     let states = states(&recording);
     assert_eq!(states.len(), poses);
-    let force = |state: &TissueFrame| state.header.force.iter().map(|f| f * f).sum::<f64>().sqrt();
     assert!(states.values().filter(|state| force(state) > 0.2).count() > 20);
+    check_errors(&states);
 
     let again = replay(&world, &recording, "again", &["--speed", "max", "--images", "every"]);
     assert_eq!(check_pictures(&again, &states), poses);
     assert_eq!(pictures(&live), pictures(&again));
+    // The first, one without a touch, some that are pushed, and the last, which the run itself has pictured.
+    let last = *states.keys().next_back().unwrap();
+    check_snapshots(&world, &recording, &again, &[1, 30, 70, 80, last]);
+    let held = std::fs::read(live.join("frontal.png")).unwrap();
+    assert_eq!(std::fs::read(world.path("instant.png")).unwrap(), held);
+    check_refused(&world, &recording);
 
     // A stretch has the mesh that came before it.
     let part = world.path("part.mcap");
@@ -90,6 +191,11 @@ fn each_image_of_a_replay_has_the_state_of_its_pose_and_states_made_again_are_th
     let stretch = replay(&world, &part, "stretch", &["--speed", "max", "--images", "every"]);
     let count = check_pictures(&stretch, &states);
     assert!((9..=11).contains(&count), "{count}");
+    let first = states
+        .keys()
+        .copied()
+        .find(|seq| stretch.join(format!("images/frontal-{seq:06}.png")).exists());
+    check_snapshots(&world, &part, &stretch, &[first.unwrap()]);
 
     let made = replay(&world, &recording, "made", &["--recompute-tissue"]);
     let found = &report(&made)["replay"]["recomputed"]["difference"]["tissue"];

@@ -7,12 +7,13 @@ use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
 use geometry::{Ct, DoorError, Model as ModelFrame, Rigid, VolumeGrid, checked};
 use nalgebra::Vector3;
-use organs::{Labels, Model, NoLabels, Parsed, Plan, RawSpaceScene, sha};
+use organs::{Labels, Model, NoLabels, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
 use simulation::space::cells::Lattice;
 use simulation::space::frames::{Frames, NoFrames, Settings};
 use simulation::space::tube::TubeError;
 
+use crate::errors::Errors;
 use crate::live::{Live, pose_at, tube};
 use crate::message;
 
@@ -99,6 +100,7 @@ pub(crate) enum NoAnatomy {
 /// An organ ready for poses.
 pub(crate) struct Anatomy {
     pub(crate) live: Live,
+    pub(crate) errors: Errors,
     pub(crate) lattice: Lattice,
     pub(crate) mesh: TissueMesh,
     /// In words.
@@ -130,9 +132,13 @@ pub(crate) fn make(
         lattice.cubes.len(),
         body.mesh.unknowns()
     );
-    let frames = frames(model, scene, spec)?;
+    let varied = Varied::all(&model, &plan, &labels).map_err(|why| source.error_at(why))?;
+    let body = body.clone();
+    let live = Live::new(frames(model, scene, spec)?, ct_from_model);
+    let targets = scene.targets.iter().map(|target| target.centre);
     Ok(Anatomy {
-        live: Live::new(frames, ct_from_model),
+        errors: Errors::new(targets, (&body, &live), varied, spec.error_every),
+        live,
         lattice,
         mesh,
         said,

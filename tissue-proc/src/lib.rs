@@ -8,6 +8,7 @@
 
 mod anatomy;
 pub mod cli;
+mod errors;
 mod live;
 mod message;
 mod run;

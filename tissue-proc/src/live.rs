@@ -1,6 +1,6 @@
 //! The organ's state for one pose after the other.
 
-use geometry::{Ct, Model, Rigid, Tool};
+use geometry::{Ct, Model, Point, Rigid, Tool};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use simulation::space::frames::{Frame, Frames, Refused, State};
 use simulation::space::tube::{Tube, TubeError};
@@ -20,6 +20,17 @@ pub(crate) enum Answer {
         /// From where it was, mm.
         way: f64,
     },
+}
+
+impl Answer {
+    /// Why there is no state, in words.
+    pub(crate) fn why(&self) -> Option<String> {
+        match self {
+            Self::State(_) => None,
+            Self::Refused(why) => Some(why.to_string()),
+            Self::Unseen { way } => Some(format!("in tissue {way:.0} mm from where it was last, draw it back")),
+        }
+    }
 }
 
 /// An organ and the tube.
@@ -91,6 +102,11 @@ impl Live {
             State::Refused(why) => Answer::Refused(why),
             _ => Answer::State(frame),
         }
+    }
+
+    /// A place of the patient in the model's frame, mm.
+    pub(crate) fn own(&self, place: Point<Ct>) -> [f64; 3] {
+        (self.ct_from_model.inverse() * place).mm()
     }
 
     /// What a vector of the model's axes is in the CT's.

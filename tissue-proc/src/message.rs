@@ -74,7 +74,7 @@ pub(crate) fn header(
         None => return header,
         Some(Answer::Refused(_) | Answer::Unseen { .. }) => {
             header.state = TissueState::Refused.code();
-            return header;
+            return header.because(&answer.and_then(Answer::why).unwrap_or_default());
         }
         Some(Answer::State(frame)) => frame,
     };

@@ -17,6 +17,7 @@ use simulation::space::cells::Lattice;
 use simulation::space::frames::State;
 
 use crate::anatomy::{Anatomy, LoadLabels, NoAnatomy, make};
+use crate::errors::Errors;
 use crate::live::{Answer, Live};
 use crate::message::header;
 
@@ -103,6 +104,7 @@ fn made(
 struct Tissue {
     process: Process,
     live: Live,
+    errors: Errors,
     lattice: Lattice,
     mesh_id: [u8; 32],
     said: String,
@@ -131,6 +133,7 @@ impl Tissue {
         Ok(Self {
             process,
             live: anatomy.live,
+            errors: anatomy.errors,
             lattice: anatomy.lattice,
             mesh_id: header.mesh_id,
             said: anatomy.said,
@@ -214,12 +217,22 @@ impl Tissue {
         }
         self.note = said(answer.as_ref());
         self.seq += 1;
+        let frame = match &answer {
+            Some(Answer::State(frame)) => Some(frame),
+            _ => None,
+        };
+        let header = header(sample, (self.seq, self.mesh_id), answer.as_ref(), &self.live);
         let header = TissueHeader {
             t_publish_ns: self.process.session.clock().now_ns(),
-            ..header(sample, (self.seq, self.mesh_id), answer.as_ref(), &self.live)
+            ..self.errors.told(header, frame, &self.live)
         };
         self.process.counters.published += 1;
-        self.states.send(header, &self.places)
+        self.states.send(header, &self.places)?;
+        // Behind the state: nobody waits for them.
+        if let Some(frame) = frame {
+            self.errors.find(sample, frame, &self.live);
+        }
+        Ok(())
     }
 }
 
@@ -257,8 +270,9 @@ impl Asked {
 fn said(answer: Option<&Answer>) -> String {
     match answer {
         None => "no pose".to_owned(),
-        Some(Answer::Refused(why)) => format!("refused: {why}"),
-        Some(Answer::Unseen { way }) => format!("refused: in tissue {way:.0} mm from where it was last, draw it back"),
+        Some(Answer::Refused(_) | Answer::Unseen { .. }) => {
+            format!("refused: {}", answer.and_then(Answer::why).unwrap_or_default())
+        }
         Some(Answer::State(frame)) => format!(
             "{}, {:.2} N, residual {:.1e}",
             match frame.state {

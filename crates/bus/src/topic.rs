@@ -115,7 +115,7 @@ pub const TISSUE_MESH: Topic = Topic {
 /// Where the tube has moved them. Renderers take the newest; the recorder asks for a deep buffer.
 pub const TISSUE: Topic = Topic {
     name: "tissue",
-    payload: "trocar/TissueHeader/1 + [f32]",
+    payload: "trocar/TissueHeader/2 + [f32]",
     buffer: 64,
     deadline: Some(Duration::from_millis(100)),
     wakes: true,
@@ -126,7 +126,7 @@ pub const TISSUE: Topic = Topic {
 /// Of which poses a recording has states, told before each, where a replay has them made again.
 pub const TISSUE_ASKED: Topic = Topic {
     name: "tissue-asked",
-    payload: "trocar/TissueHeader/1",
+    payload: "trocar/TissueHeader/2",
     buffer: 64,
     purpose: "which poses a model answers again, in a replay that recomputes tissue",
     ..BASE

@@ -22,6 +22,7 @@ pub mod target;
 #[cfg(test)]
 mod tests;
 pub mod text;
+pub mod varied;
 pub mod way;
 
 pub use body::Body;
@@ -31,4 +32,5 @@ pub use plan::Plan;
 pub use raw::RawSpaceScene;
 pub use target::Target;
 pub use text::{Parsed, read};
+pub use varied::Varied;
 pub use way::Way;

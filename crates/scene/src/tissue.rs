@@ -26,6 +26,8 @@ pub struct RawTissue {
     pub late_ms: f64,
     /// Organs are cut in pieces of at most this size for images, mm.
     pub piece_mm: f64,
+    /// What uncertain numbers of the organs do to targets is found of each so many-th settled state.
+    pub error_every: usize,
 }
 
 impl Default for RawTissue {
@@ -38,6 +40,7 @@ impl Default for RawTissue {
             delay: 2,
             late_ms: 50.0,
             piece_mm: 3.0,
+            error_every: 2,
         }
     }
 }
@@ -59,6 +62,8 @@ pub struct TissueSpec {
     pub late: Duration,
     /// Organs are cut in pieces of at most this size for images, mm.
     pub piece_mm: f64,
+    /// What uncertain numbers of the organs do to targets is found of each so many-th settled state.
+    pub error_every: usize,
 }
 
 /// `stale_ms` is the age at which an image says that its pose is old.
@@ -73,6 +78,9 @@ fn spec(raw: &RawTissue, stale_ms: f64) -> Checked<TissueSpec> {
     };
     if !(1..=1000).contains(&raw.most_steps) {
         return Err(invalid("tissue.most_steps", raw.most_steps, "1 to 1000"));
+    }
+    if !(1..=1000).contains(&raw.error_every) {
+        return Err(invalid("tissue.error_every", raw.error_every, "1 to 1000 states"));
     }
     if raw.delay > 1000 {
         return Err(invalid("tissue.delay", raw.delay, "0 to 1000 states"));
@@ -93,6 +101,7 @@ fn spec(raw: &RawTissue, stale_ms: f64) -> Checked<TissueSpec> {
         delay: raw.delay,
         late: Duration::from_secs_f64(late_ms / 1e3),
         piece_mm: number("tissue.piece_mm", raw.piece_mm, 0.1..=50.0, "mm")?,
+        error_every: raw.error_every,
     })
 }
 
@@ -123,6 +132,7 @@ mod tests {
             ("organs = \"k\"\nmost_steps = 0", "key tissue.most_steps: found 0"),
             ("organs = \"k\"\nlate_ms = -1.0", "key tissue.late_ms: found -1"),
             ("organs = \"k\"\npiece_mm = inf", "key tissue.piece_mm: found inf"),
+            ("organs = \"k\"\nerror_every = 0", "key tissue.error_every: found 0"),
             ("organs = \"k\"\ndelay = 2000", "key tissue.delay: found 2000"),
             (
                 "organs = \"k\"\nlate_ms = 51.0",

@@ -1,7 +1,7 @@
 //! Moments of a recording as people type them.
 
 /// `3.2s`, `250ms`, `2m` or plain seconds, as ns since the run's epoch.
-pub(super) fn moment(text: &str) -> Result<u64, String> {
+pub(crate) fn moment(text: &str) -> Result<u64, String> {
     let allowed = || format!("{text:?}: a moment is a number of seconds, or one with a unit: 3.2, 3.2s, 250ms, 2m, 1h");
     let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let number: f64 = text[..split].parse().map_err(|_| allowed())?;

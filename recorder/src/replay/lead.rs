@@ -9,12 +9,6 @@ use bus::continuity::{Break, Continuity};
 use bus::message::{Lost, ToolPose, Tracked};
 use geometry::{Ct, Rigid, Tool};
 
-/// Beyond the limit itself, so much is looked at first before a place, ns; where that was not enough, [`WIDER`] times as much.
-pub(super) const MARGIN_NS: i64 = 100_000_000;
-pub(super) const WIDER: i64 = 8;
-/// Farther back nothing is looked for: a scene's limit is at most a minute, ns.
-pub(super) const FARTHEST_NS: i64 = 120_000_000_000;
-
 /// Judges what a replay shows, as its views do.
 #[derive(Debug, Default)]
 pub(super) struct Judge {

@@ -1,6 +1,6 @@
 //! Targets in an organ that a model has moved.
 
-use bus::message::{Chosen, TargetShown, TissueShown};
+use bus::message::{Chosen, PlaceError, TargetShown, TissueHeader, TissueShown};
 use geometry::{Affine, Point, Rigid, Vector, VolumeGrid};
 
 use super::*;
@@ -76,6 +76,7 @@ fn settled<'a>(shapes: &'a Shapes, places: &'a [[f32; 3]]) -> Tissues<'a> {
         late_ns: None,
         seq: 1,
         force_n: None,
+        errors: None,
     }
 }
 
@@ -110,6 +111,73 @@ fn a_target_in_a_moved_organ_is_where_the_model_has_it_and_both_distances_stand_
             assert!(canvas.rgba()[at..at + 3].iter().any(|c| *c > 100), "{x} {y}");
         }
     });
+}
+
+/// The image looks along z: its columns and rows are x and y of the CT, up to signs.
+#[test]
+fn the_ellipse_of_a_model_is_that_of_its_covariance_about_the_moved_place_and_what_is_not_known_is_said() {
+    let (shapes, places) = organ([70.0, 50.0, 50.0], |_| [-5.0, 0.0, 0.0]);
+    let mut header = TissueHeader {
+        t_capture_ns: 300_000_000,
+        errors_t_capture_ns: 250_000_000,
+        errors_known: 1,
+        ..TissueHeader::default()
+    };
+    // Deviations 1.5 mm along x, 0.5 mm along y, 2 mm along z, which is not seen.
+    header.errors[0] = PlaceError {
+        at_rest_mm: [70.0, 50.0, 50.0],
+        covariance: [2.25, 0.0, 0.0, 0.25, 0.0, 4.0],
+    };
+    let drawn = |tissue: Tissues<'_>| {
+        of_far(tissue, |overlay| {
+            let mut canvas = Canvas::new(overlay.view.size[0], overlay.view.size[1]);
+            overlay.draw_model_errors(&mut canvas);
+            let at = overlay.plane.project(Point::new(65.0, 50.0, 50.0));
+            let half = [1.5, 0.5].map(|mm: f64| 2.447_746_830_680_816 * mm / overlay.plane.pixel_mm());
+            let is_inked = |x: f64, y: f64| {
+                let at = 4 * (y.round() as usize * overlay.view.size[0] as usize + x.round() as usize);
+                canvas.rgba()[at..at + 3].iter().any(|c| *c > 100)
+            };
+            let along = (overlay.plane.right().components()[0].abs() > 0.5, at);
+            let [x, y] = if along.0 { half } else { [half[1], half[0]] };
+            let on_it = [
+                is_inked(at.x + x, at.y),
+                is_inked(at.x - x, at.y),
+                is_inked(at.x, at.y + y),
+                is_inked(at.x, at.y - y),
+            ];
+            // Beyond it, by two widths of a line, is nothing.
+            let beyond = [is_inked(at.x + x + 4.0, at.y), is_inked(at.x, at.y + y + 4.0)];
+            let any = canvas.rgba().chunks_exact(4).any(|pixel| pixel[..3] != [0; 3]);
+            (on_it, beyond, any, words(overlay))
+        })
+    };
+    let known = Tissues {
+        errors: Some(&header),
+        ..settled(&shapes, &places)
+    };
+    let (on_it, beyond, _, said) = drawn(known);
+    assert_eq!((on_it, beyond), ([true; 4], [false; 2]), "{said}");
+    // The longest half axis in space: 2 mm times the root of chi squared's 95 % with three degrees of freedom.
+    assert!(said.contains("|MODEL \u{b1}5.6 mm (95 %), 50 ms AGO"), "{said}");
+    assert!(said.contains("far, MOVED 5.0 mm \u{b1}5.6 mm"), "{said}");
+    let other = TissueHeader {
+        errors_known: 0,
+        ..header
+    };
+    let unknown = Tissues {
+        errors: Some(&other),
+        ..settled(&shapes, &places)
+    };
+    let not_settled = Tissues {
+        shown: TissueShown::Approximate,
+        ..known
+    };
+    for tissue in [unknown, not_settled, settled(&shapes, &places)] {
+        let (.., any, said) = drawn(tissue);
+        assert!(!any && said.contains("MODEL ERROR UNKNOWN"), "{said}");
+        assert!(said.contains("MOVED 5.0 mm \u{b1}UNKNOWN"), "{said}");
+    }
 }
 
 #[test]

@@ -143,6 +143,7 @@ impl Overlay<'_> {
 
     pub(super) fn draw_outlines(&self, canvas: &mut Canvas) {
         self.draw_places_at_rest(canvas);
+        self.draw_model_errors(canvas);
         for Outline { circle: outline, .. } in self.outlines() {
             let line = self.line(palette::TARGET, 1.5, !outline.cut);
             canvas.circle(outline.at, outline.radius_px, line);

@@ -333,6 +333,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
             let overlay = Overlay {
                 notice,
                 tissue: crate::tissue::Tissues {
+                    errors: None,
                     shown,
                     moved: moved.filter(|_| is_moved),
                     late_ns,

@@ -15,8 +15,6 @@ use geometry::letters;
 pub(crate) const SMALLEST_WITH_WORDS: u32 = 192;
 /// The smallest scale of words: type of 12 then has 9 pixels.
 const SMALLEST_UNIT: f64 = 0.75;
-/// A target that a model has moved by less than this has no word of it beside its name, mm.
-const LEAST_MOVED_MM: f64 = 0.5;
 /// The first line of a corner, and from one line to the next.
 const FIRST: f64 = 15.0;
 const STEP: f64 = 17.0;
@@ -294,6 +292,10 @@ impl Overlay<'_> {
     /// The lines of the four corners, what matters most first.
     fn corners(&self, counted: bool) -> Vec<Caption> {
         let chosen = self.chosen_words().filter(|_| self.says_all());
+        let model_error = self
+            .model_error_words()
+            .filter(|_| self.says_all() && !self.is_surface());
+        let model_error = model_error.unwrap_or_default();
         let accuracy = self.accuracy.as_ref();
         let room = if counted { REMARK_ROOM } else { "" };
         let ids = format!("vol {} reg {:08x}", self.volume, self.registration_id >> 32);
@@ -325,6 +327,7 @@ impl Overlay<'_> {
             (BottomRight, room.to_owned(), 12.0, palette::WORDS),
             (TopRight, accuracy, 13.0, palette::TIP),
             (BottomRight, chosen, 13.0, palette::TARGET),
+            (BottomRight, model_error, 13.0, palette::TARGET),
             (BottomRight, self.caution.to_owned(), 13.0, palette::WARN),
             (BottomRight, self.marks.words(), 13.0, palette::WORDS),
             (BottomLeft, delay, 13.0, palette::WORDS),
@@ -434,14 +437,12 @@ impl Overlay<'_> {
     /// side or from below more often than from there.
     fn label(&self, outline: &Outline<'_>) -> Caption {
         let (target, reach, outline) = (outline.target, outline.reach_px, &outline.circle);
-        let (name, moved_mm) = (&target.name, self.place(target.centre).distance(target.centre));
+        let name = &target.name;
         let mut text = match outline.cut {
             true => name.clone(),
             false => format!("{name} {:+.1} mm", outline.depth_mm),
         };
-        if moved_mm >= LEAST_MOVED_MM {
-            text += &format!(", MOVED {moved_mm:.1} mm");
-        }
+        text += &self.moved_words(target.centre).unwrap_or_default();
         let ([x, y], u) = (outline.at, self.word_unit());
         let (reach, lift) = (reach, reach + 6.0 * u);
         let beside = reach + 4.0 * u;

@@ -8,8 +8,8 @@ use geometry::VolumeGrid;
 use scene::VolumeSpec;
 use surface::{Field, Mesh, SurfaceError};
 
-/// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no file formats.
-pub type LoadVolume = fn(&VolumeSpec) -> Read<OwnedVolume>;
+/// Reads a volume from a file or a folder, or generates the patient of a seed. Handed in by the binary, as this crate knows no file formats.
+pub type LoadVolume = fn(&VolumeSpec, u64) -> Read<OwnedVolume>;
 
 /// Reads the label map of an examination from a file.
 pub type LoadLabels = fn(&Path, &VolumeSpec) -> Read<LabelMap>;

@@ -7,13 +7,13 @@ use bus::clock;
 use bus::message::{FrameStamp, FrameState, TissueShown, ToolPose};
 use geometry::{Ct, Rigid, Tool};
 
-use super::tissue::{shown, stamped};
 use super::{RunError, SliceView};
 use crate::accuracy::Accuracy;
 use crate::output::Output;
 use crate::overlay::Notice;
-use crate::render::{RenderError, Rendered};
+use crate::render::Rendered;
 use crate::reslice::Resampler;
+use crate::shot::Shot;
 use crate::tissue::Tissues;
 
 /// No view is passed over for so long that its pose comes to have more than this part of the age at which it is stale.
@@ -128,32 +128,21 @@ impl SliceView {
             // An image that claims to be live must be handed over while its pose is young. A machine that was held up
             // in between draws it again, with its age.
             let began_ns = clock.now_ns();
-            let is_slab = output.renderer.view().sampling.slab.is_some();
             loop {
-                // A replay has the state of a pose with it, or has none.
-                let now_ns = (!self.process.session.is_ruled()).then(|| clock.now_ns());
-                let shows = (sample, what.notice, now_ns);
-                // Through a slab organs are not followed, nor where a person wishes to see the examination as it was taken.
-                what.tissue = shown(self.tissue.as_ref(), (scene, is_slab || images.at_rest), shows);
+                let shot = Shot {
+                    sample,
+                    // A replay has the state of a pose with it, or has none.
+                    now_ns: (!self.process.session.is_ruled()).then(|| clock.now_ns()),
+                    scene,
+                    images: &images,
+                    tissue: self.tissue.as_ref().map(|tissue| &tissue.answers),
+                };
                 // Whoever asks for an image can ask for the same again, and is given the same.
                 let resampler: &mut dyn Resampler = match is_held {
                     true => self.resampler.exact(),
                     false => &mut self.resampler,
                 };
-                output.renderer.show(&images);
-                match output.renderer.render(&what, scene, resampler) {
-                    // Of the examination there is an image all the same.
-                    Err(RenderError::Organs(_) | RenderError::Model(_)) => {
-                        what.tissue = Tissues::refused();
-                        output.renderer.render(&what, scene, resampler)?;
-                    }
-                    drawn => drop(drawn?),
-                }
-                let stamp = stamped(
-                    stamp_of(sample, &what),
-                    self.tissue.as_ref(),
-                    (&what.tissue, what.chosen),
-                );
+                let stamp = shot.take(&mut output.renderer, &mut what, resampler)?;
                 let stamp = FrameStamp {
                     volume_hash: volume.hash().0,
                     view: output.index,
@@ -188,20 +177,5 @@ impl SliceView {
             }
         }
         Ok(())
-    }
-}
-
-/// What the stamp of an image takes from its pose; volume, view and times are the caller's to add.
-fn stamp_of(sample: &ToolPose, what: &Rendered<'_>) -> FrameStamp {
-    FrameStamp {
-        seq: sample.seq,
-        t_device_ns: sample.t_device_ns,
-        t_capture_ns: sample.t_capture_ns,
-        t_publish_ns: sample.t_publish_ns,
-        registration_id: sample.registration_id,
-        state: what.notice.state().code(),
-        on_request: u32::from(what.notice == Notice::Requested),
-        replay: what.origin.code(),
-        ..FrameStamp::default()
     }
 }

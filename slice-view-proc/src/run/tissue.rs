@@ -7,13 +7,12 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Chosen, FrameStamp, TargetShown, ToolPose, Tracked};
+use bus::message::{ToolPose, Tracked};
 use bus::process::Process;
-use scene::{Plane, Scene};
+use scene::Plane;
 
 use super::{RunError, SliceView};
-use crate::overlay::Notice;
-use crate::tissue::{States, Tissue, Tissues};
+use crate::tissue::{States, Tissue};
 
 /// Where time waits for images, a model that has died is waited for so long, on the machine's clock.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -76,7 +75,7 @@ impl SliceView {
         let Some(tissue) = self
             .tissue
             .as_mut()
-            .filter(|tissue| is_made_now && !tissue.has(&sample))
+            .filter(|tissue| is_made_now && !tissue.answers.has(&sample))
         else {
             return Some((sample, tracked));
         };
@@ -91,7 +90,7 @@ impl SliceView {
     pub(super) fn answered_late(&self) -> Option<(ToolPose, Tracked)> {
         let (tissue, (sample, tracked)) = (self.tissue.as_ref()?, self.last?);
         let is_late = tissue.lacked.is_some_and(|of| of == (sample.seq, sample.t_capture_ns));
-        (is_late && tissue.has(&sample)).then_some((sample, tracked))
+        (is_late && tissue.answers.has(&sample)).then_some((sample, tracked))
     }
 
     /// Draws the newest pose that is answered, or the newest of all where states are late; whether there was one.
@@ -112,7 +111,7 @@ impl SliceView {
         let now_ns = self.process.session.clock().now_ns();
         let tissue = self.tissue.as_mut()?;
         let newest = self.pending.len().checked_sub(1)?;
-        let has = |(sample, _): &(ToolPose, _)| tissue.has(sample);
+        let has = |(sample, _): &(ToolPose, _)| tissue.answers.has(sample);
         if let Some(place) = self.pending.iter().rposition(has) {
             return Some(place);
         }
@@ -121,44 +120,5 @@ impl SliceView {
         let is_late = self.pending.front().is_some_and(is_late);
         tissue.behind |= is_late;
         tissue.behind.then_some(newest)
-    }
-}
-
-/// What an image shows of the tissue; nothing is said where the scene moves none. `is_rigid` where organs are not followed. `now_ns` where
-/// a state may come late: not where time waits for images.
-pub(super) fn shown<'a>(
-    tissue: Option<&'a Tissue>,
-    (scene, is_rigid): (&Scene, bool),
-    (sample, notice, now_ns): (&ToolPose, Notice, Option<i64>),
-) -> Tissues<'a> {
-    if scene.tissue.is_none() {
-        return Tissues::default();
-    }
-    let Some(tissue) = tissue.filter(|_| !is_rigid) else {
-        return Tissues::rigid();
-    };
-    match notice {
-        Notice::Lost(..) | Notice::Look => Tissues::rigid(),
-        Notice::Requested => tissue.shown(sample, None),
-        Notice::Live | Notice::Stale(_) => tissue.shown(sample, now_ns),
-    }
-}
-
-/// What a stamp says of it, and of where it has the chosen target.
-pub(super) fn stamped(
-    stamp: FrameStamp,
-    tissue: Option<&Tissue>,
-    (shown, chosen): (&Tissues<'_>, Option<&Chosen>),
-) -> FrameStamp {
-    let target = chosen.map(|chosen| shown.target(chosen.centre));
-    let (place, whereabouts) = target.map_or(([0.0; 3], TargetShown::None), |(place, shown)| (place.mm(), shown));
-    FrameStamp {
-        target_mm: chosen.map_or([0.0; 3], |chosen| chosen.centre.mm()),
-        target_shown_mm: place,
-        target: whereabouts.code(),
-        tissue: shown.shown.code(),
-        tissue_seq: shown.seq,
-        tissue_mesh: tissue.map_or(0, Tissue::mesh),
-        ..stamp
     }
 }

@@ -1,7 +1,7 @@
 //! States over a real bus: which pose they are taken for, and what is refused.
 
 use bus::clock::monotonic_ns;
-use bus::message::MeshOrgan;
+use bus::message::{MeshOrgan, TissueState, ToolPose};
 use bus::port::HeadedPublisher;
 use bus::run::RunContext;
 
@@ -66,14 +66,14 @@ fn a_state_that_comes_before_its_mesh_waits_for_it() {
     let (header, bytes) = mesh("kidney", HASH);
     sent.send(state(header.mesh_id), &[1.0; 81]).unwrap();
     assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
-    assert!(!tissue.has(&pose()));
+    assert!(!tissue.answers.has(&pose()));
     meshes.send(header, &bytes).unwrap();
     assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
-    assert!(tissue.has(&pose()));
+    assert!(tissue.answers.has(&pose()));
     // The same mesh again, as for another late joiner, takes no state away.
     meshes.send(header, &bytes).unwrap();
     assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
-    assert!(tissue.has(&pose()));
+    assert!(tissue.answers.has(&pose()));
 }
 
 #[test]
@@ -87,13 +87,13 @@ fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
     let mut tissue = Tissue::open(&bus, 5.0, 50_000_000).unwrap();
     let listen = |tissue: &mut Tissue| tissue.listen(&states, &HASH, 2_000).unwrap();
     // Before there is any: nothing is said of how late.
-    assert_eq!(tissue.shown(&pose(), Some(9_000)).late_ns, None);
+    assert_eq!(tissue.answers.shown(&pose(), Some(9_000)).late_ns, None);
 
     let (header, bytes) = mesh("kidney", HASH);
     meshes.send(header, &bytes).unwrap();
     sent.send(state(header.mesh_id), &[1.0; 81]).unwrap();
     assert_eq!(listen(&mut tissue), None);
-    let shown = tissue.shown(&pose(), Some(9_000));
+    let shown = tissue.answers.shown(&pose(), Some(9_000));
     assert_eq!((shown.shown, shown.seq), (TissueShown::Settled, 3));
     assert_eq!(shown.moved.unwrap().organs()[0].places, [[1.0; 3]; 27]);
     // Of a source that counts anew, of another registration, of another number: none of them.
@@ -108,8 +108,8 @@ fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
         },
         ToolPose { seq: 6, ..pose() },
     ] {
-        let shown = tissue.shown(&other, Some(9_000));
-        assert!(shown.shown == TissueShown::Late && shown.moved.is_none() && !tissue.has(&other));
+        let shown = tissue.answers.shown(&other, Some(9_000));
+        assert!(shown.shown == TissueShown::Late && shown.moved.is_none() && !tissue.answers.has(&other));
         // The last state is of a pose 8 us old, whatever the age of the one that is shown.
         assert_eq!(shown.late_ns, Some(8_000));
     }
@@ -139,17 +139,17 @@ fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
     .unwrap();
     listen(&mut tissue);
     assert_eq!(tissue.refused, 2);
-    assert!(!tissue.has(&ToolPose { seq: 6, ..pose() }) && tissue.has(&pose()));
+    assert!(!tissue.answers.has(&ToolPose { seq: 6, ..pose() }) && tissue.answers.has(&pose()));
 
     // Organs of another examination change nothing; another mesh takes the old one's states with it.
     let (foreign, bytes) = mesh("kidney", [8; 32]);
     meshes.send(foreign, &bytes).unwrap();
     listen(&mut tissue);
-    assert!(tissue.refused == 3 && tissue.has(&pose()));
+    assert!(tissue.refused == 3 && tissue.answers.has(&pose()));
     let (again, bytes) = mesh("spleen", HASH);
     meshes.send(again, &bytes).unwrap();
     listen(&mut tissue);
-    assert!(!tissue.has(&pose()) && tissue.mesh().to_be_bytes()[..] == again.mesh_id[..8]);
+    assert!(!tissue.answers.has(&pose()) && tissue.answers.mesh().to_be_bytes()[..] == again.mesh_id[..8]);
     drop((states, tissue, meshes, sent, bus));
     run.sweep();
 }

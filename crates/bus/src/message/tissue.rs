@@ -8,7 +8,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// On the wire: numbers only. Read it through [`TissueHeader::state_of`].
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-#[type_name("trocar/TissueHeader/1")]
+#[type_name("trocar/TissueHeader/2")]
 pub struct TissueHeader {
     /// Counts the states of a run from 1.
     pub seq: u64,
@@ -44,9 +44,56 @@ pub struct TissueHeader {
     pub steps: u32,
     /// Code of a [`TissueState`].
     pub state: u32,
+    /// The pose of the state that [`Self::errors`] are of, and when that was captured: this one, or one some states ago.
+    pub errors_pose_seq: u64,
+    /// See [`Self::errors_pose_seq`].
+    pub errors_t_capture_ns: i64,
+    /// How many of [`Self::errors`] there are.
+    pub errors_known: u64,
+    /// What uncertain numbers of the model do to the places of targets; whatever is not among them is not known.
+    pub errors: [PlaceError; MOST_ERRORS],
+    /// Why there is no state, as UTF-8 with zeros behind it: see [`Self::why`].
+    pub why: [u64; WHY_WORDS],
 }
 
-const _: () = assert!(size_of::<TissueHeader>() == 184 && align_of::<TissueHeader>() == 8);
+const _: () = assert!(size_of::<TissueHeader>() == 1520 && align_of::<TissueHeader>() == 8);
+
+/// Words of 8 bytes that say why a pose was refused.
+const WHY_WORDS: usize = 20;
+
+/// Places whose error a state tells, at most.
+pub const MOST_ERRORS: usize = 16;
+
+/// What uncertain numbers of a model do to a place of an organ, to first order.
+///
+/// On the wire: numbers only. Read it through [`TissueHeader::error_of`].
+#[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+#[type_name("trocar/PlaceError/1")]
+pub struct PlaceError {
+    /// The place at rest, mm in the CT's frame: whose error it is.
+    pub at_rest_mm: [f64; 3],
+    /// Covariance of where the model has it, mm^2 in the CT's axes: xx, xy, xz, yy, yz, zz.
+    pub covariance: [f64; 6],
+}
+
+impl PlaceError {
+    /// The covariance as a matrix; `None` of what is none: a number that is none, or a variance below zero.
+    pub fn matrix(&self) -> Option<[[f64; 3]; 3]> {
+        let [xx, xy, xz, yy, yz, zz] = self.covariance;
+        // Off the diagonal no number is larger than the variances allow, but for rounding.
+        let fits = |c: f64, a: f64, b: f64| c * c <= a * b * (1.0 + 1e-9) + f64::MIN_POSITIVE;
+        let is_one = self.covariance.iter().all(|c| c.is_finite())
+            && [xx, yy, zz].iter().all(|v| (0.0..=MOST_VARIANCE_MM2).contains(v))
+            && fits(xy, xx, yy)
+            && fits(xz, xx, zz)
+            && fits(yz, yy, zz);
+        is_one.then_some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    }
+}
+
+/// A model that is off by more than a metre is none, mm^2.
+const MOST_VARIANCE_MM2: f64 = 1e6;
 
 /// How far a state came. Only of [`TissueState::Settled`] and [`TissueState::Approximate`] the tube is where the pose says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -244,6 +291,24 @@ impl TissueShown {
 }
 
 impl TissueHeader {
+    /// The same with so much of these words as there is room for.
+    #[must_use]
+    pub fn because(mut self, why: &str) -> Self {
+        self.why = [0; WHY_WORDS];
+        let room = bytemuck::cast_slice_mut::<u64, u8>(&mut self.why);
+        let end = why.floor_char_boundary(room.len());
+        room[..end].copy_from_slice(&why.as_bytes()[..end]);
+        self
+    }
+
+    /// Why a pose was refused, in the model's words; empty where none was, or what is told is no text.
+    pub fn why(&self) -> &str {
+        let room = bytemuck::cast_slice::<u64, u8>(&self.why);
+        let end = room.iter().position(|byte| *byte == 0).unwrap_or(room.len());
+        let words = std::str::from_utf8(&room[..end]).unwrap_or_default();
+        if words.chars().any(char::is_control) { "" } else { words }
+    }
+
     /// How far it came.
     ///
     /// # Errors
@@ -252,6 +317,19 @@ impl TissueHeader {
         let (seq, found) = (self.seq, self.state);
         let state = TissueState::ALL.get(found as usize).copied();
         state.ok_or(TissueError::State { seq, found })
+    }
+
+    /// The covariance of where the model has a place at rest, mm^2 in the CT's axes, and how much older than the state's its pose is, ns; `None` where it
+    /// is not known, or what is told is no covariance.
+    pub fn error_of(&self, at_rest_mm: [f64; 3]) -> Option<([[f64; 3]; 3], i64)> {
+        let known = usize::try_from(self.errors_known).ok()?;
+        let errors = self.errors.get(..known)?;
+        let age_ns = self
+            .t_capture_ns
+            .checked_sub(self.errors_t_capture_ns)
+            .filter(|age| *age >= 0)?;
+        let error = errors.iter().find(|error| error.at_rest_mm == at_rest_mm)?;
+        Some((error.matrix()?, age_ns))
     }
 
     /// The places of the nodes of a mesh of this id with so many nodes: the door from the bus to a picture.
@@ -317,6 +395,60 @@ mod tests {
         };
         assert!(unknown.state_of().unwrap_err().to_string().contains("state 5"));
         assert_eq!(TissueShown::from_code(7), None);
+    }
+
+    #[test]
+    fn why_a_pose_was_refused_comes_back_whole_characters_only() {
+        let header = TissueHeader::default().because("draw it back");
+        assert_eq!(header.why(), "draw it back");
+        assert_eq!(TissueHeader::default().why(), "");
+        let long = "\u{e4}".repeat(100);
+        assert_eq!(header.because(&long).why(), "\u{e4}".repeat(80));
+        let long = "x".to_owned() + &long;
+        assert_eq!(header.because(&long).why().len(), 159);
+        let mut bad = header;
+        bad.why[0] = u64::MAX;
+        assert_eq!(bad.why(), "");
+        assert_eq!(header.because("red\u{1b}[31m").why(), "");
+    }
+
+    #[test]
+    fn an_error_is_that_of_its_place_or_not_known() {
+        let error = PlaceError {
+            at_rest_mm: [1.0, 2.0, 3.0],
+            covariance: [4.0, 1.0, -0.5, 1.0, 0.0, 0.25],
+        };
+        let mut header = TissueHeader {
+            t_capture_ns: 900,
+            errors_t_capture_ns: 400,
+            errors_known: 1,
+            ..TissueHeader::default()
+        };
+        header.errors[0] = error;
+        let whole = [[4.0, 1.0, -0.5], [1.0, 1.0, 0.0], [-0.5, 0.0, 0.25]];
+        assert_eq!(header.error_of([1.0, 2.0, 3.0]), Some((whole, 500)));
+        // Another place; none told; more than there can be; of a pose to come.
+        assert_eq!(header.error_of([1.0, 2.0, 3.5]), None);
+        for errors_known in [0, 17, u64::MAX] {
+            let header = TissueHeader { errors_known, ..header };
+            assert_eq!(header.error_of([1.0, 2.0, 3.0]), None, "{errors_known}");
+        }
+        let later = TissueHeader {
+            errors_t_capture_ns: 901,
+            ..header
+        };
+        assert_eq!(later.error_of([1.0, 2.0, 3.0]), None);
+        // What is no covariance is not known, and not small.
+        for bad in [
+            [f64::NAN, 1.0, -0.5, 1.0, 0.0, 0.25],
+            [-4.0, 1.0, -0.5, 1.0, 0.0, 0.25],
+            [4.0, 2.1, -0.5, 1.0, 0.0, 0.25],
+            [4.0, 1.0, -0.5, 1.0, f64::INFINITY, 0.25],
+            [4.0, 1.0, -0.5, 1e7, 0.0, 0.25],
+        ] {
+            header.errors[0].covariance = bad;
+            assert_eq!(header.error_of([1.0, 2.0, 3.0]), None, "{bad:?}");
+        }
     }
 
     #[test]

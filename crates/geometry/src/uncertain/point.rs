@@ -59,6 +59,14 @@ impl<F> UncertainPoint<F> {
         Ok(Self { point, covariance })
     }
 
+    /// The same of a matrix by its rows, as files and messages have it.
+    ///
+    /// # Errors
+    /// Each variant of [`CovarianceError`].
+    pub fn from_rows(point: Point<F>, rows: [[f64; 3]; 3]) -> Result<Self, CovarianceError> {
+        Self::new(point, Matrix3::from_fn(|row, column| rows[row][column]))
+    }
+
     /// The point.
     pub const fn point(&self) -> Point<F> {
         self.point

@@ -7,6 +7,9 @@ use crate::numbers::{Checked, invalid, positive};
 
 /// The largest standard deviation of a logarithm: a factor of e up or down.
 const MOST_LOG: f64 = 1.0;
+/// Derivatives by Poisson's ratio are taken over this part of its standard deviation: beyond 0.49 what volume resists by doubles within a hundredth,
+/// and forces, unlike places, are far from linear in it.
+const SMALL_PART: f64 = 1e-3;
 
 /// A number with its standard deviation, where one is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +44,26 @@ pub struct Uncertain {
     pub value: f64,
     /// A standard deviation up, and down.
     pub moved: [f64; 2],
+}
+
+impl Uncertain {
+    /// Values near it and weights: the weighted sum of a function of the number is its derivative times one standard deviation. Of Young's moduli by the
+    /// logarithm, exact of what is linear in them, as all forces are.
+    pub fn slope(&self) -> [(f64, f64); 2] {
+        match self.which {
+            Which::Poisson(_) => {
+                let s = self.moved[0] - self.value;
+                // Both sides: what bends falls out, and rounding is far below.
+                let small = SMALL_PART * s;
+                let weight = 0.5 / SMALL_PART;
+                [(self.value + small, weight), (self.value - small, -weight)]
+            }
+            _ => {
+                let s = (self.moved[0] / self.value).ln();
+                [(2.0 * self.value, s), (self.value, -s)]
+            }
+        }
+    }
 }
 
 /// Young's modulus under `prefix`.

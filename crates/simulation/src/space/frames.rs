@@ -27,9 +27,11 @@ mod stiffness;
 mod touch;
 mod walk;
 mod watch;
+mod yielding;
 
 pub use report::{Frame, Refused, State};
 pub use settings::{NoFrames, Settings};
+pub use yielding::Yielding;
 
 use std::sync::Arc;
 

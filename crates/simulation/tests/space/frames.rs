@@ -9,6 +9,7 @@ mod rest;
 mod slope;
 mod still;
 mod unsettled;
+mod yielding;
 
 use nalgebra::{Isometry3, Vector3};
 use simulation::control::{Newton, Settings as Control};

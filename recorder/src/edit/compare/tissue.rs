@@ -125,9 +125,23 @@ fn is_same(one: &TissueFrame, other: &TissueFrame) -> bool {
             .iter()
             .chain(&h.force)
             .chain(&h.moment)
+            .chain(
+                h.errors
+                    .iter()
+                    .flat_map(|error| error.at_rest_mm.iter().chain(&error.covariance)),
+            )
             .map(|x| x.to_bits())
             .collect();
-        (h.mesh_id, h.factor, h.state, h.steps, all)
+        // How many are known says with them which: a pose's number may be another where poses were made again.
+        (
+            h.mesh_id,
+            h.factor,
+            h.state,
+            h.steps,
+            h.errors_known,
+            h.errors_t_capture_ns,
+            all,
+        )
     };
     let [a, b] = [one, other].map(|state| state.nodes.iter().map(|x| x.to_bits()));
     numbers(one) == numbers(other) && a.eq(b)

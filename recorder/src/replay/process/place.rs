@@ -5,12 +5,10 @@ use bus::message::ProcessState;
 use bus::process::Process;
 
 use super::{ReplayError, Replayer};
-use crate::replay::lead::{FARTHEST_NS, Judge, MARGIN_NS, WIDER};
+use crate::replay::find;
+use crate::replay::lead::Judge;
 use crate::replay::tape::Moment;
 use crate::replay::transport::Control;
-
-/// Poses passed over between two signs of life.
-const PASSED: usize = 4096;
 
 impl Replayer<'_> {
     /// What shows the pose before the one that is shown, or that one again where there is none before it.
@@ -56,49 +54,21 @@ impl Replayer<'_> {
         Ok(())
     }
 
-    /// Goes to the first pose that is due at `at_ns` or later, and judges what came before it: from so long before it on that it is
-    /// known for how long the measurement has stood still.
+    /// Goes to the first pose that is due at `at_ns` or later, and judges what came before it, unless poses are made again.
     fn go_to(&mut self, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
-        let frozen_ns = self.frozen_ns;
-        let Some(limit_ns) = frozen_ns.filter(|_| self.options.frames.is_none()) else {
-            self.judge = Judge::new(frozen_ns, self.options.frames.is_some());
-            return self.pass_to(at_ns, at_ns, process);
+        let makes_poses = self.options.frames.is_some();
+        let limit_ns = self.frozen_ns.filter(|_| !makes_poses);
+        let mut failed = Ok(());
+        let mut goes_on = || {
+            failed = process.beat(ProcessState::Ready, "looking for the place in the recording");
+            failed.is_ok() && !process.stop.is_set()
         };
-        let captures = self.tape.session().span_ns();
-        let first_ns = captures.map_or(0, |(first_ns, _)| i64::try_from(first_ns).unwrap_or(i64::MAX));
-        let mut back_ns = limit_ns.saturating_add(MARGIN_NS);
-        loop {
-            let from_ns = at_ns.saturating_sub(back_ns);
-            self.judge = Judge::new(frozen_ns, from_ns <= first_ns);
-            self.pass_to(from_ns, at_ns, process)?;
-            let next = self.tape.peek().map(|next| &next.pose);
-            if next.is_none() || self.judge.is_known(next) || process.stop.is_set() {
-                return Ok(());
-            }
-            if back_ns >= FARTHEST_NS {
-                // Nobody is told of a beginning that is not known to be one.
-                self.judge = Judge::new(frozen_ns, false);
-                return Ok(());
-            }
-            back_ns = back_ns.saturating_mul(WIDER).min(FARTHEST_NS);
-        }
-    }
-
-    /// What is due before `at_ns` is passed over, and judged from about `from_ns` on.
-    fn pass_to(&mut self, from_ns: i64, at_ns: i64, process: &mut Process) -> Result<(), ReplayError> {
-        self.tape.near(from_ns)?;
-        let mut passed = 0_usize;
-        while self.tape.peek().is_some_and(|next| next.due_ns() < at_ns) && !process.stop.is_set() {
-            if let Some(moment) = self.tape.take()
-                && self.options.frames.is_none()
-            {
-                self.judge.take(&moment.pose);
-            }
-            passed += 1;
-            if passed.is_multiple_of(PASSED) {
-                process.beat(ProcessState::Ready, "looking for the place in the recording")?;
-            }
-        }
+        let judge = find::go_to(&mut self.tape, at_ns, limit_ns, &mut goes_on)?;
+        failed?;
+        self.judge = match makes_poses {
+            true => Judge::new(self.frozen_ns, true),
+            false => judge,
+        };
         Ok(())
     }
 }

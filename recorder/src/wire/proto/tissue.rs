@@ -1,6 +1,6 @@
 //! Organs that a tube moves: their mesh and their states, without loss.
 
-use bus::message::{TissueHeader, TissueMeshHeader};
+use bus::message::{MOST_ERRORS, PlaceError, TissueHeader, TissueMeshHeader};
 
 use super::{DecodeError, values};
 use crate::wire::schema::{TISSUE_MESH_SCHEMA, TISSUE_SCHEMA};
@@ -65,7 +65,22 @@ pub struct TissueState {
     /// Little-endian 32-bit floats.
     #[prost(bytes = "vec", tag = "13")]
     pub nodes: Vec<u8>,
+    /// See [`TissueHeader::errors_pose_seq`].
+    #[prost(uint64, tag = "14")]
+    pub errors_pose_seq: u64,
+    /// See [`TissueHeader::errors_t_capture_ns`].
+    #[prost(sint64, tag = "15")]
+    pub errors_t_capture_ns: i64,
+    /// See [`TissueHeader::errors`]: 9 values each, as many as there are.
+    #[prost(double, repeated, tag = "16")]
+    pub errors: Vec<f64>,
+    /// See [`TissueHeader::why`].
+    #[prost(string, tag = "17")]
+    pub why: String,
 }
+
+/// Values of a place with its covariance.
+const OF_PLACE: usize = 9;
 
 /// `trocar.TissueMesh`: every field of [`TissueMeshHeader`], and the organs' bytes.
 #[derive(Clone, PartialEq, prost::Message)]
@@ -117,8 +132,39 @@ impl From<&TissueFrame> for TissueState {
             force: header.force.to_vec(),
             moment: header.moment.to_vec(),
             nodes: frame.nodes.iter().flat_map(|x| x.to_le_bytes()).collect(),
+            errors_pose_seq: header.errors_pose_seq,
+            errors_t_capture_ns: header.errors_t_capture_ns,
+            errors: header.errors[..known(header)]
+                .iter()
+                .flat_map(|error| error.at_rest_mm.into_iter().chain(error.covariance))
+                .collect(),
+            why: header.why().to_owned(),
         }
     }
+}
+
+/// How many errors a state tells; none where it says more than there can be.
+fn known(header: &TissueHeader) -> usize {
+    let known = usize::try_from(header.errors_known).unwrap_or(usize::MAX);
+    if known > MOST_ERRORS { 0 } else { known }
+}
+
+/// The errors in recorded values.
+fn errors(seq: u64, recorded: &[f64]) -> Result<([PlaceError; MOST_ERRORS], u64), DecodeError> {
+    let (places, rest) = recorded.as_chunks::<OF_PLACE>();
+    if !rest.is_empty() || places.len() > MOST_ERRORS {
+        return Err(DecodeError::Length {
+            seq,
+            field: "errors",
+            expected: OF_PLACE * places.len().min(MOST_ERRORS),
+            found: recorded.len(),
+        });
+    }
+    let mut errors = [PlaceError::default(); MOST_ERRORS];
+    for (error, [x, y, z, covariance @ ..]) in errors.iter_mut().zip(places) {
+        (error.at_rest_mm, error.covariance) = ([*x, *y, *z], *covariance);
+    }
+    Ok((errors, places.len() as u64))
 }
 
 impl TryFrom<TissueState> for TissueFrame {
@@ -137,6 +183,7 @@ impl TryFrom<TissueState> for TissueFrame {
                 found: state.nodes.len(),
             });
         }
+        let (errors, errors_known) = errors(seq, &state.errors)?;
         let header = TissueHeader {
             seq,
             pose_seq: state.pose_seq,
@@ -155,9 +202,14 @@ impl TryFrom<TissueState> for TissueFrame {
             energy,
             steps: state.steps,
             state: state.state,
+            errors_pose_seq: state.errors_pose_seq,
+            errors_t_capture_ns: state.errors_t_capture_ns,
+            errors_known,
+            errors,
+            ..TissueHeader::default()
         };
         Ok(Self {
-            header,
+            header: header.because(&state.why),
             nodes: nodes.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect(),
         })
     }

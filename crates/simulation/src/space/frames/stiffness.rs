@@ -14,14 +14,15 @@ const MOST_ROUNDS: usize = 30;
 const ENOUGH: f64 = 1e-8;
 
 /// A point that presses, for small motions of the tube.
-struct Pressing {
+#[derive(Debug)]
+pub(super) struct Pressing {
     /// Among those near.
-    point: usize,
+    pub(super) point: usize,
     /// From the tube's origin.
     arm: Vector3<f64>,
-    distance: Distance,
-    area: f64,
-    pressure: f64,
+    pub(super) distance: Distance,
+    pub(super) area: f64,
+    pub(super) pressure: f64,
     /// What it presses does not move.
     at_bone: bool,
 }
@@ -48,9 +49,26 @@ impl Pressing {
     }
 }
 
+/// What moves points that press: forces by their area, ways besides what forces do, and ways that they must go along their normals.
+pub(super) struct Driven {
+    pub(super) forces: Vec<Vector3<f64>>,
+    pub(super) free: Vec<Vector3<f64>>,
+    pub(super) kept: Vec<f64>,
+    /// The length of all this, mm: what gaps are small beside.
+    pub(super) length: f64,
+}
+
+/// What that comes to: ways of the points, changes of their pressures, and forces on them.
+pub(super) struct Response {
+    moved: Vec<Vector3<f64>>,
+    pub(super) more: Vec<f64>,
+    pub(super) forces: Vec<Vector3<f64>>,
+}
+
 /// Points that press, held at what they press.
-struct Held<'a> {
-    pressing: &'a [Pressing],
+#[derive(Debug)]
+pub(super) struct Held {
+    pub(super) pressing: Vec<Pressing>,
     active: Active,
     springs: Pressed,
     /// Stress by length.
@@ -74,7 +92,7 @@ impl Frames {
         if pressing.iter().all(|p| p.at_bone) {
             return Some(stiffness);
         }
-        let held = Held::new(&pressing, near)?;
+        let held = Held::new(pressing, near)?;
         for (k, mut column) in stiffness.column_iter_mut().enumerate() {
             // One column for each motion of the tube.
             let unit = Vector6::from_fn(|i, _| f64::from(u8::from(i == k)));
@@ -82,14 +100,14 @@ impl Frames {
                 unit.fixed_rows::<3>(0).into_owned(),
                 unit.fixed_rows::<3>(3).into_owned(),
             );
-            let (moved, more) = held.response(&motion)?;
-            column.copy_from(&change(&pressing, &motion, &moved, &more));
+            let found = held.response(&held.driven(&motion))?;
+            column.copy_from(&change(&held.pressing, &motion, &found));
         }
         Some(stiffness)
     }
 
     /// The points that press; `None` where one is not among those near.
-    fn pressing(&self, near: &Near) -> Option<Vec<Pressing>> {
+    pub(super) fn pressing(&self, near: &Near) -> Option<Vec<Pressing>> {
         let (mut v, touches) = (Vec::new(), &self.contact.touches);
         touches.take(&self.now.a, &mut v);
         let (around, origin) = (self.around(&self.now.tube), self.now.tube.pose().translation.vector);
@@ -108,10 +126,10 @@ impl Frames {
     }
 }
 
-impl<'a> Held<'a> {
+impl Held {
     /// Far stiffer than in a search: a derivative takes one linear solution, and what is left falls by this ratio each round. `None` where that is not
     /// positive definite.
-    fn new(pressing: &'a [Pressing], near: &'a Near) -> Option<Self> {
+    pub(super) fn new(pressing: Vec<Pressing>, near: &Near) -> Option<Self> {
         let mut active = Active::default();
         // As many numbers as points press, in their order.
         let numbers: Vec<usize> = pressing.iter().map(|p| active.take(near, p.point)).collect();
@@ -130,34 +148,53 @@ impl<'a> Held<'a> {
         })
     }
 
-    /// Where points go and what their pressures become when the tube moves: points that press keep no distance.
-    fn response(&self, motion: &Motion) -> Option<(Vec<Vector3<f64>>, Vec<f64>)> {
+    /// What a motion of the tube does: points that press keep no distance.
+    fn driven(&self, motion: &Motion) -> Driven {
+        let each = || self.pressing.iter();
+        Driven {
+            // With the point at rest; what its own way adds is in the springs.
+            forces: each()
+                .map(|p| p.turned(motion, &Vector3::zeros()) * p.pressure)
+                .collect(),
+            free: vec![Vector3::zeros(); self.pressing.len()],
+            kept: each().map(|p| p.distance.gradient.dot(&p.carried(motion))).collect(),
+            length: each().map(|p| p.carried(motion).norm()).fold(0.0, f64::max),
+        }
+    }
+
+    /// Where points go and what their pressures become.
+    pub(super) fn response(&self, driven: &Driven) -> Option<Response> {
         let mut more = vec![0.0; self.pressing.len()];
-        let ways = self.pressing.iter().map(|p| p.carried(motion).norm());
-        let most = ways.fold(0.0, f64::max);
+        let with_free = |mut moved: Vec<Vector3<f64>>| {
+            moved
+                .iter_mut()
+                .zip(&driven.free)
+                .for_each(|(moved, free)| *moved += free);
+            moved
+        };
         for _ in 0..MOST_ROUNDS {
-            let mut forces = vec![Vector3::zeros(); self.pressing.len()];
-            for ((p, more), force) in self.pressing.iter().zip(&more).zip(&mut forces) {
-                let normal = p.distance.gradient;
-                // With the point at rest; what its own way adds is in the springs.
-                let pushed = p.turned(motion, &Vector3::zeros()) * p.pressure
-                    + normal * (more + self.stiff * normal.dot(&p.carried(motion)));
-                *force = pushed * p.area;
-            }
-            // Points follow the tube by a spring each, as stiff as that, and by what pressures have gained.
-            let free = self.active.moved(&forces);
-            for (number, held) in self.springs.holding(&free) {
+            let each = self
+                .pressing
+                .iter()
+                .zip(&driven.forces)
+                .zip(driven.kept.iter().zip(&more));
+            let pushed =
+                each.map(|((p, own), (kept, more))| (own + p.distance.gradient * (more + self.stiff * kept)) * p.area);
+            let mut forces: Vec<Vector3<f64>> = pushed.collect();
+            // Points follow by a spring each, as stiff as that, and by what pressures have gained.
+            for (number, held) in self.springs.holding(&with_free(self.active.moved(&forces))) {
                 forces[number] -= held;
             }
-            let moved = self.active.moved(&forces);
+            let moved = with_free(self.active.moved(&forces));
             let mut left = 0.0_f64;
-            for ((p, more), moved) in self.pressing.iter().zip(&mut more).zip(&moved) {
-                let gap = p.distance.gradient.dot(&(moved - p.carried(motion)));
+            let each = self.pressing.iter().zip(&mut more).zip(moved.iter().zip(&driven.kept));
+            for ((p, more), (moved, kept)) in each {
+                let gap = p.distance.gradient.dot(moved) - kept;
                 *more -= self.stiff * gap;
                 left = left.max(gap.abs());
             }
-            if left <= ENOUGH * most {
-                return Some((moved, more));
+            if left <= ENOUGH * driven.length {
+                return Some(Response { moved, more, forces });
             }
         }
         None
@@ -165,9 +202,9 @@ impl<'a> Held<'a> {
 }
 
 /// The change of force and moment on the tube.
-fn change(pressing: &[Pressing], motion: &Motion, moved: &[Vector3<f64>], more: &[f64]) -> Vector6<f64> {
+fn change(pressing: &[Pressing], motion: &Motion, found: &Response) -> Vector6<f64> {
     let mut sum = Vector6::zeros();
-    let each = pressing.iter().zip(moved).zip(more);
+    let each = pressing.iter().zip(&found.moved).zip(&found.more);
     for ((p, moved), more) in each.filter(|((p, _), _)| !p.at_bone) {
         let normal = p.distance.gradient;
         let force = normal * (-p.pressure * p.area);

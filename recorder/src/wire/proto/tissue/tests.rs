@@ -21,7 +21,19 @@ fn frame() -> TissueFrame {
             energy: -1.5,
             steps: 11,
             state: 1,
-        },
+            errors_pose_seq: 2,
+            errors_t_capture_ns: -7,
+            errors_known: 2,
+            errors: std::array::from_fn(|k| match k {
+                0 | 1 => PlaceError {
+                    at_rest_mm: [1.0, -0.0, k as f64],
+                    covariance: [f64::MIN_POSITIVE, -0.0, f64::MAX, 0.1, 0.2, 0.3],
+                },
+                _ => PlaceError::default(),
+            }),
+            ..TissueHeader::default()
+        }
+        .because("a point is 3.2 mm deep"),
         nodes: vec![0.0, -0.0, f32::MIN_POSITIVE, -1e4, 3.5, f32::MAX],
     }
 }
@@ -52,6 +64,17 @@ fn states_and_meshes_come_back_bit_for_bit() {
     assert_eq!(back.bytes, mesh().bytes);
 }
 
+/// As files have it that were recorded before states told errors.
+#[test]
+fn a_state_without_errors_has_none_that_are_known() {
+    let mut state = TissueState::from(&frame());
+    (state.errors, state.errors_pose_seq, state.errors_t_capture_ns) = (Vec::new(), 0, 0);
+    state.why = String::new();
+    let back = decode_tissue(&state.encode_to_vec()).unwrap();
+    assert_eq!((back.header.errors_known, back.header.why()), (0, ""));
+    assert_eq!(back.header.error_of([0.0; 3]), None);
+}
+
 #[test]
 fn what_is_no_state_is_refused_with_its_field() {
     let refused = |change: fn(&mut TissueState), field: &str| {
@@ -67,6 +90,11 @@ fn what_is_no_state_is_refused_with_its_field() {
     refused(|state| state.force.push(0.0), "force");
     refused(|state| state.moment.clear(), "moment");
     refused(|state| state.certificate.truncate(5), "certificate");
+    refused(|state| state.errors.truncate(17), "errors has 17 values instead of 9");
+    refused(
+        |state| state.errors = vec![0.0; 9 * 17],
+        "errors has 153 values instead of 144",
+    );
     refused(|state| state.nodes.truncate(23), "nodes has 23 values instead of 24");
     assert!(
         decode_tissue(&[0xff; 7])

@@ -1,0 +1,144 @@
+//! What uncertain numbers of the model do to the places of targets: found between poses, of the state that was told last.
+//!
+//! Of each number with a standard deviation the forces that one of it adds are told by [`organs::Varied`], and how the state gives way to them by
+//! [`simulation::space::frames::Yielding`]: to first order, with contact as it is. A place is moved by `d_i` for each, and its covariance is the sum of `d_i d_i^T`, as
+//! [`simulation::space::error::Spread`] has it of states that are solved again. What a step of this leaves unknown is told as not known.
+
+use bus::message::{MOST_ERRORS, PlaceError, TissueHeader, ToolPose};
+use geometry::{Ct, Point};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+use organs::{Body, Varied};
+use simulation::space::cells::Field;
+use simulation::space::frames::{Frame, State};
+
+use crate::live::Live;
+
+/// A target in the organ.
+#[derive(Debug)]
+struct Place {
+    at_rest_mm: [f64; 3],
+    /// Nodes that move it, with weights.
+    row: Vec<(u32, f64)>,
+}
+
+/// What was found of a state is told of later ones until the tube has gone so far, mm: pushed farther, they would be larger.
+const MOST_WAY_MM: f64 = 2.0;
+
+/// The errors of a state, and which that was.
+#[derive(Debug, Clone, Copy)]
+struct Known {
+    /// Of the tube.
+    pose: Isometry3<f64>,
+    at_rest: bool,
+    pose_seq: u64,
+    t_capture_ns: i64,
+    count: usize,
+    errors: [PlaceError; MOST_ERRORS],
+}
+
+/// Places and numbers, and what was found last.
+#[derive(Debug)]
+pub(crate) struct Errors {
+    places: Vec<Place>,
+    varied: Vec<Varied>,
+    /// Settled states from one to the next whose errors are found.
+    every: usize,
+    since: usize,
+    known: Option<Known>,
+}
+
+impl Errors {
+    /// Of targets that lie in an organ, [`MOST_ERRORS`] at most; of the others nothing is known.
+    pub(crate) fn new(
+        targets: impl Iterator<Item = Point<Ct>>,
+        (body, live): (&Body, &Live),
+        varied: Vec<Varied>,
+        every: usize,
+    ) -> Self {
+        let place = |target: Point<Ct>| {
+            let own = Vector3::from(live.own(target));
+            let row = body.mesh.row(&own).filter(|_| body.field.value(&own) < 0.0)?;
+            Some(Place {
+                at_rest_mm: target.mm(),
+                row,
+            })
+        };
+        Self {
+            places: targets.filter_map(place).take(MOST_ERRORS).collect(),
+            varied,
+            every,
+            since: 0,
+            known: None,
+        }
+    }
+
+    /// Adds what is known to a settled state that is about to be told; of any other nothing is.
+    pub(crate) fn told(&mut self, header: TissueHeader, frame: Option<&Frame>, live: &Live) -> TissueHeader {
+        let is_settled = frame.is_some_and(|frame| frame.state == State::Settled);
+        // An organ at rest has no error of the model; one that has just been touched may not be told that.
+        let is_near =
+            |known: &Known| known.at_rest == is_at_rest(live) && live.frames.way_to(&known.pose) <= MOST_WAY_MM;
+        if !is_settled || !self.known.as_ref().is_some_and(is_near) {
+            (self.known, self.since) = (None, 0);
+        }
+        let Some(known) = &self.known else { return header };
+        TissueHeader {
+            errors_pose_seq: known.pose_seq,
+            errors_t_capture_ns: known.t_capture_ns,
+            errors_known: known.count as u64,
+            errors: known.errors,
+            ..header
+        }
+    }
+
+    /// Finds the errors of the state that was just told, where it is settled and its turn: by numbers of states, never by a clock.
+    pub(crate) fn find(&mut self, sample: &ToolPose, frame: &Frame, live: &Live) {
+        if frame.state != State::Settled || self.places.is_empty() || self.varied.is_empty() {
+            return;
+        }
+        let is_due = self.since == 0 || self.known.is_none();
+        self.since = (self.since + 1) % self.every;
+        if is_due {
+            self.known = self.of(live).map(|errors| Known {
+                pose: *live.frames.tube().pose(),
+                at_rest: is_at_rest(live),
+                pose_seq: sample.seq,
+                t_capture_ns: sample.t_capture_ns,
+                count: self.places.len(),
+                errors,
+            });
+        }
+    }
+
+    /// The covariances of all places; `None` where the change for one number is not known: a sum without it would be too small.
+    fn of(&self, live: &Live) -> Option<[PlaceError; MOST_ERRORS]> {
+        let a = live.frames.state();
+        let mut sums = vec![Matrix3::zeros(); self.places.len()];
+        // An organ at rest is there by no number of the model.
+        if !is_at_rest(live) {
+            let yielding = live.frames.yielding()?;
+            for one in &self.varied {
+                let change = yielding.to(&one.forces(a)?)?;
+                for (sum, place) in sums.iter_mut().zip(&self.places) {
+                    let moved = organs::body::displacement(&place.row, &change);
+                    let moved = Vector3::from(live.turned(&moved));
+                    *sum += moved * moved.transpose();
+                }
+            }
+        }
+        let mut errors = [PlaceError::default(); MOST_ERRORS];
+        for (error, (sum, place)) in errors.iter_mut().zip(sums.iter().zip(&self.places)) {
+            let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+            *error = PlaceError {
+                at_rest_mm: place.at_rest_mm,
+                covariance: upper.map(|at| sum[at]),
+            };
+        }
+        Some(errors)
+    }
+}
+
+/// Whether the organ is where the examination has it, to the bit.
+fn is_at_rest(live: &Live) -> bool {
+    live.frames.state().iter().all(|u| *u == 0.0)
+}
