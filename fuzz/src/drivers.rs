@@ -13,7 +13,9 @@ use localizer_proc::driver::{Act, Driver, Frame};
 use localizer_proc::run;
 use ndi::Rom;
 use ndi::session::{Device, DeviceRules};
-use scene::localizer::{LinkSpec, NdiSpec, OpenIgtLinkSpec, Peer, Reconnect, StampRule, StatusRule};
+use scene::localizer::{
+    ImagesSpec, LinkSpec, NdiSpec, OpenIgtLinkSpec, Peer, Reconnect, ShownBeams, StampRule, StatusRule,
+};
 use scene::tracking::PosedMarkers;
 
 use crate::{Failure, links, localizer};
@@ -75,6 +77,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
         max_rotation_error: 2e-3,
         reconnect: Reconnect::Always,
         silent: Duration::from_millis(1500),
+        images: has(5).then(images),
     };
     let reference = has(4).then_some("Reference");
     let markers = markers(has(3).then_some("Stylus"), reference);
@@ -115,10 +118,36 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
                         );
                     }
                 }
+                Act::Image(picture) => {
+                    let header = picture.header;
+                    assert!(has(5), "an image that nobody asked for");
+                    assert_eq!(header.width as usize * header.height as usize, picture.grey.len());
+                    assert!(
+                        header.shape().is_ok() && header.orientation().as_deref() == Some("MF"),
+                        "{header:?}"
+                    );
+                    let captured = clock.capture_of_image(picture.device_ns, picture.arrival_ns);
+                    assert!(captured.at_ns <= picture.arrival_ns, "{captured:?}");
+                }
                 Act::Close(_) => return,
                 Act::Send(_) | Act::Tell(_) | Act::Refused | Act::Emitters(..) => {}
             }
         }
+    }
+}
+
+/// Images of 0.1 mm of a linear array, as a scene asks for them.
+fn images() -> ImagesSpec {
+    let beams = ShownBeams::Linear {
+        from_mm: 0.0,
+        to_mm: 3.0,
+        face_mm: 0.0,
+    };
+    ImagesSpec {
+        name: "Image".to_owned(),
+        orientation: "MF".to_owned(),
+        pixel_mm: Some([0.1; 2]),
+        shown: Some((9.0, beams)),
     }
 }
 
@@ -200,7 +229,7 @@ fn polled(bytes: &[u8], piece: usize) {
                     }
                 }
                 Act::Close(_) => return,
-                Act::Send(_) | Act::Tell(_) | Act::Refused | Act::Emitters(..) => {}
+                Act::Send(_) | Act::Tell(_) | Act::Refused | Act::Emitters(..) | Act::Image(_) => {}
             }
         }
     }
