@@ -81,12 +81,14 @@ impl Frames {
         self.watch(tube, &self.now.a, &v, false)?;
         let (mut found, before) = (self.balance(tube, &v), self.contact.steps());
         let (mut free, mut slow) = (f64::INFINITY, 0);
+        // What a first step, or one after new factors, is held against where energies differ by rounding only.
+        let mut at_start = found.residual * self.scale;
         // What is in balance already has no step: there may be none that leads lower.
         let most = if self.is_balanced(&found) { 0 } else { most };
         for _ in 0..most {
             // Steps of an old factor may fail, or lead nowhere, where those of a new one do not.
-            let next = match self.step(tube, &v, free) {
-                Err(_) if self.renew_old() => self.step(tube, &v, free),
+            let next = match self.step(tube, &v, [free, at_start]) {
+                Err(_) if self.renew_old() => self.step(tube, &v, [free, at_start]),
                 other => other,
             };
             // What the steps before came to stands: how far from balance it is, is told.
@@ -101,7 +103,7 @@ impl Frames {
             } else {
                 1.0
             };
-            (free, self.scale) = (next.free, next.scale);
+            (free, at_start, self.scale) = (next.free, next.free, next.scale);
             (self.now.a, self.now.at, v) = (next.a, next.at, next.v);
             self.now.pressures = next.pressures;
             found.residual = free / self.scale;
@@ -182,7 +184,7 @@ impl Frames {
     }
 
     /// One step: that without contact, contact by the compliance of the points at the tube, and the step of its forces.
-    fn step(&mut self, tube: &Tube, v: &[f64], last: f64) -> Result<Next, Refused> {
+    fn step(&mut self, tube: &Tube, v: &[f64], [last, at_start]: [f64; 2]) -> Result<Next, Refused> {
         // What is still far from its end needs no exact forces of contact.
         let part = self
             .settings
@@ -192,7 +194,7 @@ impl Frames {
         let (step, pressures) = self.whole(tube, v, &wanted)?;
         // Mixed in the space of whole steps: each is a step of the same map from states to states, as the factor does not change meanwhile.
         let mixed = self.mix.next(&self.now.a, &step, &pressures);
-        self.line(tube, v, (step, pressures), mixed, last)
+        self.line(tube, v, (step, pressures), mixed, at_start)
             .ok_or(Refused::NoStep)
     }
 
@@ -236,7 +238,7 @@ impl Frames {
                 return None;
             }
             let energy = next.at.energy + cost(&next.v);
-            (energy <= lower || last.is_finite() && energy <= alike && next.free <= 0.5 * last).then_some(next)
+            (energy <= lower || energy <= alike && next.free <= 0.5 * last).then_some(next)
         })
     }
 
