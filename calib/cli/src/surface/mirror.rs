@@ -152,7 +152,7 @@ mod tests {
             let (z, turn) = (2.0 * chance.uniform(0) - 1.0, std::f64::consts::TAU * chance.uniform(1));
             let out = Vector3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z);
             let any = Vector3::new(chance.normal(2), chance.normal(3), chance.normal(4));
-            let along = out.cross(&any).normalize();
+            let along = out.cross(&any).try_normalize(1e-9).unwrap();
             // Columns: rows of the image, its beams, and what is square to both.
             let axes = [along, -out, along.cross(&-out)];
             let rows: [[f64; 3]; 3] = [0, 1, 2].map(|i| [0, 1, 2].map(|j| axes[j][i]));
