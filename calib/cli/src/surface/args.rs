@@ -149,7 +149,7 @@ impl SurfaceArgs {
         };
         Ok(Asked {
             options: self.of.options(bone, self.speed_percent / 100.0, alike_mm),
-            limits: self.of.limits(),
+            limits: self.of.limits(self.probe.is_some()),
             begin: self.of.begin(),
             noise_mm: self.noise_mm.map(|mm| mm.0),
             held_mm: self.held_mm.unwrap_or(held_mm),

@@ -258,7 +258,7 @@ impl SweepArgs {
         };
         Ok(Asked {
             options: self.of.options(bone, speed, alike_mm),
-            limits: self.of.limits(),
+            limits: self.of.limits(self.probe.is_some()),
             begin: self.of.begin(),
             noise_mm: None,
             held_mm: self.held_mm.unwrap_or(held_mm),

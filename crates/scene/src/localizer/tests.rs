@@ -184,7 +184,7 @@ fn images_of_the_peer_say_how_they_are_turned_and_all_of_their_beams_or_nothing(
     let convex = "convex = { centre_mm = [50, -40], radius_mm = 60, half_angle_deg = 30 }";
     let curved = of(&format!("orientation = \"MF\"\ndepth_mm = 80\n{convex}"));
     assert!(
-        matches!(curved.shown, Some((80.0, ShownBeams::Convex { half_angle_rad, .. })) if (half_angle_rad - 0.5236).abs() < 1e-4)
+        matches!(curved.shown, Some((80.0, ShownBeams::Convex { half_angle_rad, .. })) if half_angle_rad == 30_f64.to_radians())
     );
     let both = format!("orientation = \"MF\"\ndepth_mm = 8\nlinear_mm = [0, 9, 0]\n{convex}");
     for (keys, words) in [
