@@ -8,12 +8,17 @@ use bus::process::Process;
 use crate::clocks::Captured;
 use crate::openigtlink::Picture;
 
+/// After so long without an image it is said that none comes, ns.
+const ABSENT_NS: i64 = 2_000_000_000;
+
 /// Where images go. The topic is opened with the first one, whose size is not known before.
 #[derive(Debug, Default)]
 pub(crate) struct ImageOutput {
     open: Option<Open>,
-    /// What the last image's time rests on.
-    stamped: Option<CaptureClock>,
+    /// What the last image's time rests on, and when it arrived.
+    last: Option<(CaptureClock, i64)>,
+    /// Why images are not published, as was told.
+    failed: Option<String>,
 }
 
 #[derive(Debug)]
@@ -25,16 +30,25 @@ struct Open {
 }
 
 impl ImageOutput {
-    /// Publishes an image.
-    pub(crate) fn send(&mut self, picture: &Picture, captured: Captured, process: &Process) -> Result<(), BusError> {
+    /// Publishes an image. Why that failed, in words, where it is not told yet: poses go on without images.
+    pub(crate) fn show(&mut self, picture: &Picture, captured: Captured, process: &mut Process) -> Option<String> {
+        let why = self.send(picture, captured, process).err()?.to_string();
+        process.counters.refused += 1;
+        let is_new = self.failed.as_ref() != Some(&why);
+        self.failed = Some(why.clone());
+        is_new.then(|| format!("ultrasound images are not published: {why}"))
+    }
+
+    fn send(&mut self, picture: &Picture, captured: Captured, process: &Process) -> Result<(), BusError> {
         let pixels = picture.grey.len();
         let begun = self.open.as_ref().map(|open| open.next_seq);
         if self.open.as_ref().is_none_or(|open| open.room < pixels) {
-            // One publisher at a time.
+            // By doubling, so that images that grow and grow open the topic a few times alone. One publisher at a time.
+            let room = pixels.next_power_of_two();
             self.open = None;
             self.open = Some(Open {
-                publisher: UsImagePublisher::open(&process.bus, pixels)?,
-                room: pixels,
+                publisher: UsImagePublisher::open(&process.bus, room)?,
+                room,
                 // Larger images of the same process go on behind the numbers of the others.
                 next_seq: begun.unwrap_or(0),
             });
@@ -51,7 +65,8 @@ impl ImageOutput {
         };
         open.publisher.send(header, &picture.grey)?;
         open.next_seq += 1;
-        self.stamped = Some(captured.clock);
+        self.last = Some((captured.clock, picture.arrival_ns));
+        self.failed = None;
         Ok(())
     }
 
@@ -63,11 +78,14 @@ impl ImageOutput {
     }
 
     /// What images are timed by, for people; empty before the first one.
-    pub(crate) fn words(&self) -> String {
-        match self.stamped {
+    pub(crate) fn words(&self, now_ns: i64) -> String {
+        let last = self.last.filter(|_| self.failed.is_none());
+        match last.map(|(clock, at_ns)| (clock, now_ns.saturating_sub(at_ns) > ABSENT_NS)) {
+            None if self.failed.is_some() => "images not published".to_owned(),
             None => String::new(),
-            Some(CaptureClock::Mapped) => "images stamped".to_owned(),
-            Some(CaptureClock::Arrival) => "images timed by arrival".to_owned(),
+            Some((_, true)) => "no images come".to_owned(),
+            Some((CaptureClock::Mapped, false)) => "images stamped".to_owned(),
+            Some((CaptureClock::Arrival, false)) => "images timed by arrival".to_owned(),
         }
     }
 }

@@ -182,9 +182,12 @@ impl Localizer {
         event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
     }
 
-    fn show(&mut self, picture: &Picture, process: &Process) -> Result<(), RunError> {
+    fn show(&mut self, picture: &Picture, process: &mut Process) -> Result<(), RunError> {
         let captured = self.clock.capture_of_image(picture.device_ns, picture.arrival_ns);
-        Ok(self.images.send(picture, captured, process)?)
+        match self.images.show(picture, captured, process) {
+            Some(words) => self.tell(words, Level::Error, process),
+            None => Ok(()),
+        }
     }
 
     /// At once, and not only once the last pose has grown old, it is said that nothing is measured any more.
@@ -223,7 +226,7 @@ impl Localizer {
         }
         let parts = [
             self.rate.words(now_ns),
-            self.images.words(),
+            self.images.words(now_ns),
             self.clock.words(),
             self.driver.words(),
         ];

@@ -220,6 +220,9 @@ pub(crate) fn program() -> Option<&'static Path> {
     cxx_server()
 }
 
+/// Images as the server sends them.
+const IMAGES: &str = "peer = \"v1\"\n[localizer.images]\nname = \"Image\"\norientation = \"MF\"\ndepth_mm = 9\nlinear_mm = [0, 6.3, 0]\n";
+
 /// What an image of the server holds: the number of its frame.
 fn number_in(grey: &[u8]) -> u64 {
     let number = grey[..4]
@@ -236,8 +239,7 @@ fn number_in(grey: &[u8]) -> u64 {
 fn images_of_the_peer_are_published_as_they_are_with_the_time_of_the_pose_that_has_their_stamp() {
     let Some(server) = Server::start("images") else { return };
     let world = World::new();
-    let images = "peer = \"v1\"\n[localizer.images]\nname = \"Image\"\norientation = \"MF\"\ndepth_mm = 9\nlinear_mm = [0, 6.3, 0]\n";
-    let (pilot, watch) = start(&world, server.port, images);
+    let (pilot, watch) = start(&world, server.port, IMAGES);
     until(&watch, "poses", 20, is_whole);
     let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
     let subscriber = bus::port::UsImageSubscriber::open(&bus).unwrap();
@@ -308,5 +310,23 @@ fn images_that_the_scene_does_not_ask_for_are_told_and_leave_the_poses_alone() {
     let world = World::new();
     let (pilot, watch) = start(&world, server.port, "peer = \"v1\"\n");
     until(&watch, "poses", 60, is_whole);
+    assert!(pilot.stop().success());
+}
+
+/// Another program that publishes images ended the process that brings the poses.
+#[test]
+fn images_that_cannot_be_published_are_told_and_leave_the_poses_alone() {
+    let Some(server) = Server::start("images") else { return };
+    let network = Proxy::to(server.port);
+    network.set(Fault::Stall);
+    let world = World::new();
+    let (pilot, watch) = start(&world, network.port, IMAGES);
+    let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
+    let other = bus::port::UsImagePublisher::open(&bus, 16).unwrap();
+    network.set(Fault::None);
+    until(&watch, "poses", 60, is_whole);
+    status_says(&pilot, "images not published");
+    drop(other);
+    status_says(&pilot, "images stamped");
     assert!(pilot.stop().success());
 }

@@ -15,6 +15,9 @@ pub(super) const MOST_BYTES: u64 = (UsImageHeader::MOST_PIXELS as u64) + (128 <<
 /// Pixels of a message that differ by more than this share from the scene's were made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
 
+/// A stamp further back than this is of a clock that was set, and not of an image that came late or stands still, ns.
+const SET_BACK_NS: u64 = 1_000_000_000;
+
 /// An image with what it is of; numbers and times of the run are still to be filled in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
@@ -92,11 +95,11 @@ impl Images {
     fn picture(&mut self, message: &Message<'_>, image: &Image<'_>, now_ns: i64) -> Result<Picture, ImageError> {
         let header = self.header(image)?;
         // A peer that sends a frozen picture again packs it with the stamp that it had.
-        let last = std::mem::replace(&mut self.last, message.stamp);
-        if message.stamp != Stamp::NONE && message.stamp <= last {
-            self.last = last;
+        let is_back = message.stamp <= self.last && self.last.ns() - message.stamp.ns() <= SET_BACK_NS;
+        if message.stamp != Stamp::NONE && is_back {
             return Err(ImageError::NotNewer);
         }
+        self.last = message.stamp;
         Ok(Picture {
             device_ns: stamp_ns(message.stamp),
             arrival_ns: now_ns,
@@ -247,6 +250,9 @@ mod tests {
         assert_eq!(taken(&mut images, &one, stamp), Err(ImageError::NotNewer));
         let earlier = Stamp::of_ns(1_789_999_999_000_000_000).unwrap();
         assert_eq!(taken(&mut images, &one, earlier), Err(ImageError::NotNewer));
+        // A clock that was set back, or one stamp of nonsense: images go on, and their time is for the law to judge.
+        let ahead = Stamp::of_ns(1_890_000_000_000_000_000).unwrap();
+        assert!(taken(&mut images, &one, ahead).is_ok() && taken(&mut images, &one, stamp).is_ok());
         images.forget();
         assert!(taken(&mut images, &one, earlier).is_ok());
         let other = Message::new(DeviceName::new("Image").unwrap(), Body::Image(one.clone()));
