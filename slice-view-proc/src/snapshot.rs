@@ -90,13 +90,16 @@ pub enum SnapshotError {
     Recorded(#[from] RecordedError),
 }
 
+/// The generated patient without a scene is that of `volume-loader phantom`.
+const SEED: u64 = 1;
+
 /// Draws it.
 pub(crate) fn snapshot(what: &Snapshot, load: LoadVolume) -> Result<(), SnapshotError> {
     if what.plane == Plane::Surface && what.hu.is_some() {
         return Err(SnapshotError::NoHu);
     }
     let mut scene = Scene::parse("", Path::new("(defaults)"))?;
-    let volume = load(&what.volume, scene.seed).map_err(SnapshotError::Volume)?;
+    let volume = load(&what.volume, SEED).map_err(SnapshotError::Volume)?;
     // One image: there are no others whose planes could cut it.
     scene.views.clear();
     let field_mm = what.pixel_mm * f64::from(what.size[0].min(what.size[1]));
