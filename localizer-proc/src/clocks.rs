@@ -12,6 +12,9 @@ const MOST_AHEAD_NS: i64 = 1000;
 /// An image may come so long after the frames of its time, ns: a stamp further back is none of their clock.
 const MOST_LATE_NS: i64 = 2_000_000_000;
 
+/// A law whose newest frame is older than this says nothing of an image: what the clock did since nobody saw, ns.
+const OLD_LAW_NS: i64 = 1_000_000_000;
+
 /// The clock of one connection.
 #[derive(Debug)]
 pub struct DeviceClock {
@@ -76,9 +79,13 @@ impl DeviceClock {
     /// When an image was captured that bears a stamp of the frames' clock: by the law that they have made, as it comes later than they do. Where
     /// there is none, or the stamp is no one of that clock, its arrival counts.
     pub fn capture_of_image(&self, device_ns: i64, arrival_ns: i64) -> Captured {
+        // Frames that are not mapped, or do not come any more, vouch for no law.
+        let is_followed = self.last.is_some_and(|last| {
+            last.clock == CaptureClock::Mapped && arrival_ns.saturating_sub(last.at_ns) <= OLD_LAW_NS
+        });
         let mapped = match self.rule {
-            StampRule::Mapped => self.mapping.capture_of(device_ns, arrival_ns, MOST_LATE_NS),
-            StampRule::Arrival => None,
+            StampRule::Mapped if is_followed => self.mapping.capture_of(device_ns, arrival_ns, MOST_LATE_NS),
+            _ => None,
         };
         match mapped {
             Some((at_ns, uncertain_ns)) => Captured {
@@ -205,5 +212,27 @@ mod tests {
             (captured.at_ns, captured.clock, event),
             (8_000_000, CaptureClock::Arrival, None)
         );
+    }
+
+    /// A law that no frame follows any more was used for images for ever.
+    #[test]
+    fn an_image_is_mapped_only_while_frames_are() {
+        let mut clock = DeviceClock::new(StampRule::Mapped, 0);
+        assert_eq!(clock.capture_of_image(EPOCH_NS, 0).clock, CaptureClock::Arrival);
+        let (mut t_ns, step_ns) = (0, 16_666_667);
+        for _ in 0..100 {
+            t_ns += step_ns;
+            clock.capture(&frame(EPOCH_NS + t_ns, t_ns));
+        }
+        let late_ns = 150_000_000;
+        let seen = clock.capture_of_image(EPOCH_NS + t_ns - late_ns, t_ns);
+        assert_eq!(seen.clock, CaptureClock::Mapped);
+        assert!((seen.at_ns - (t_ns - late_ns)).abs() < 100_000, "{seen:?}");
+        let alone = clock.capture_of_image(EPOCH_NS + t_ns + 1_000_000_000, t_ns + 1_100_000_000);
+        assert_eq!((alone.clock, alone.uncertain_ns), (CaptureClock::Arrival, 0));
+        // Frames without stamps are timed by their arrival, and so are images.
+        clock.capture(&frame(0, t_ns + step_ns));
+        let unsure = clock.capture_of_image(EPOCH_NS + t_ns, t_ns + step_ns);
+        assert_eq!(unsure.clock, CaptureClock::Arrival);
     }
 }

@@ -14,11 +14,14 @@ const ABSENT_NS: i64 = 2_000_000_000;
 /// Where images go. The topic is opened with the first one, whose size is not known before.
 #[derive(Debug, Default)]
 pub(crate) struct ImageOutput {
+    /// The scene asks for them.
+    is_asked: bool,
     open: Option<Open>,
+    next_seq: u64,
     /// What the last image's time rests on, and when it arrived.
     last: Option<(CaptureClock, i64)>,
-    /// Why images are not published, as was told.
-    failed: Option<String>,
+    /// They could not be published. It is not tried again: a try that fails takes seconds, in which no pose is read.
+    has_failed: bool,
 }
 
 #[derive(Debug)]
@@ -26,22 +29,33 @@ struct Open {
     publisher: UsImagePublisher,
     /// Pixels of the largest image that it has room for.
     room: usize,
-    next_seq: u64,
 }
 
 impl ImageOutput {
-    /// Publishes an image. Why that failed, in words, where it is not told yet: poses go on without images.
+    /// Of a scene that asks for images, or does not.
+    pub(crate) fn new(is_asked: bool) -> Self {
+        Self {
+            is_asked,
+            ..Self::default()
+        }
+    }
+
+    /// Publishes an image. Why that failed, in words, the first time: poses go on without images.
     pub(crate) fn show(&mut self, picture: &Picture, captured: Captured, process: &mut Process) -> Option<String> {
-        let why = self.send(picture, captured, process).err()?.to_string();
+        if self.has_failed {
+            process.counters.refused += 1;
+            return None;
+        }
+        let why = self.send(picture, captured, process).err()?;
         process.counters.refused += 1;
-        let is_new = self.failed.as_ref() != Some(&why);
-        self.failed = Some(why.clone());
-        is_new.then(|| format!("ultrasound images are not published: {why}"))
+        self.has_failed = true;
+        Some(format!(
+            "ultrasound images are not published any more (pilot restart localizer tries again): {why}"
+        ))
     }
 
     fn send(&mut self, picture: &Picture, captured: Captured, process: &Process) -> Result<(), BusError> {
         let pixels = picture.grey.len();
-        let begun = self.open.as_ref().map(|open| open.next_seq);
         if self.open.as_ref().is_none_or(|open| open.room < pixels) {
             // By doubling, so that images that grow and grow open the topic a few times alone. One publisher at a time.
             let room = pixels.next_power_of_two();
@@ -49,13 +63,11 @@ impl ImageOutput {
             self.open = Some(Open {
                 publisher: UsImagePublisher::open(&process.bus, room)?,
                 room,
-                // Larger images of the same process go on behind the numbers of the others.
-                next_seq: begun.unwrap_or(0),
             });
         }
         let Some(open) = &mut self.open else { return Ok(()) };
         let header = UsImageHeader {
-            seq: open.next_seq,
+            seq: self.next_seq,
             t_device_ns: picture.device_ns,
             t_capture_ns: captured.at_ns,
             t_arrival_ns: picture.arrival_ns,
@@ -64,9 +76,8 @@ impl ImageOutput {
             ..picture.header
         };
         open.publisher.send(header, &picture.grey)?;
-        open.next_seq += 1;
+        self.next_seq += 1;
         self.last = Some((captured.clock, picture.arrival_ns));
-        self.failed = None;
         Ok(())
     }
 
@@ -77,11 +88,16 @@ impl ImageOutput {
         }
     }
 
-    /// What images are timed by, for people; empty before the first one.
+    /// What images are timed by, for people; empty where none are asked for.
     pub(crate) fn words(&self, now_ns: i64) -> String {
-        let last = self.last.filter(|_| self.failed.is_none());
-        match last.map(|(clock, at_ns)| (clock, now_ns.saturating_sub(at_ns) > ABSENT_NS)) {
-            None if self.failed.is_some() => "images not published".to_owned(),
+        if self.has_failed {
+            return "images not published".to_owned();
+        }
+        match self
+            .last
+            .map(|(clock, at_ns)| (clock, now_ns.saturating_sub(at_ns) > ABSENT_NS))
+        {
+            None if self.is_asked => "no images come".to_owned(),
             None => String::new(),
             Some((_, true)) => "no images come".to_owned(),
             Some((CaptureClock::Mapped, false)) => "images stamped".to_owned(),

@@ -219,7 +219,7 @@ impl Made<'_> {
         let of_order = self.found.order.why_not();
         let is_of_probe = matches!(self.measured.shared, Shared::Probe(..));
         let of_mirror = (is_of_probe && self.measured.mirrored.is_none())
-            .then(|| "whether the probe's picture was mirrored could not be looked at: its calibration does not say the array (calib probe --array)".to_owned());
+            .then(|| "whether the probe's picture was mirrored could not be looked at: its calibration does not say the array (calib probe --array), or mirrored points are no cloud".to_owned());
         self.asked
             .warnings
             .iter()

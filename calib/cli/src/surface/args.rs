@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::bone::Bone;
 use super::bone_args::{BoneArgs, ct_of, from_zero};
-use super::calibrated::Calibrated;
+use super::calibrated::{Calibrated, without_probe};
 use super::error::SurfaceCommandError;
 use super::points::Shared;
 use super::sweep::{ECHO_MM, HELD_IN_IMAGES_MM};
@@ -128,6 +128,10 @@ impl SurfaceArgs {
             None => self.marker.clone(),
         };
         let mut warnings = Vec::new();
+        if self.probe.is_none() {
+            let source = Source::read(&self.points).map_err(TableError::from)?;
+            without_probe(&self.points, &source.text)?;
+        }
         let shared = match (&self.tip, &self.probe, self.shared_mm) {
             (None, Some(path), _) => {
                 // Its lag went into the points when they were seen, and its images were compared then.

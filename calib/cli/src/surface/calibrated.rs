@@ -21,6 +21,20 @@ const BY_PROBE: &str = "# by the probe's calibration ";
 const BY_MATRIX: &str = "none, a matrix";
 const UNCHECKED: &str = "; not compared: ";
 
+/// Refuses points that a calibrated probe saw where its calibration is not given: without it their errors are told too small, and nothing
+/// is held against a mirrored picture.
+pub(super) fn without_probe(points: &Path, text: &str) -> Result<(), SurfaceCommandError> {
+    let said = text.lines().take(2).find_map(|line| line.strip_prefix(BY_PROBE));
+    let id = said.map(|said| said.split_once(UNCHECKED).map_or(said, |(id, _)| id));
+    match id.filter(|id| *id != BY_MATRIX) {
+        None => Ok(()),
+        Some(found) => Err(SurfaceCommandError::NeedsProbe {
+            points: points.to_owned(),
+            found: found.chars().take(64).collect(),
+        }),
+    }
+}
+
 /// A probe's calibration.
 pub(super) struct Calibrated {
     path: PathBuf,

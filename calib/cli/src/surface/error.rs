@@ -107,6 +107,10 @@ pub(crate) enum SurfaceCommandError {
         path: PathBuf,
         expected: String,
     },
+    #[error(
+        "the points {points} were seen by a probe with the calibration {found:?}: say --probe with it; without it their errors are told too small"
+    )]
+    NeedsProbe { points: PathBuf, found: String },
     #[error("{0}")]
     AllRefused(String),
     #[error("{why}. Their {points} points are kept in {to}, and nothing is registered: sweep again")]

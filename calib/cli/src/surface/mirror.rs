@@ -15,6 +15,9 @@ use crate::register::solve::{From, To};
 /// So many times the error predicted at a target both may be apart there: no more than what is promised anyhow.
 const WITHIN: f64 = 2.0;
 
+/// And no more than this where the mirrored points fit better, mm.
+const WRONG_MM: f64 = 0.5;
+
 /// Points of a probe's images, with the poses of its marker.
 pub(super) struct Sounded<'a> {
     pub(super) points: &'a [SurfacePoint<From>],
@@ -98,7 +101,13 @@ impl Mirror {
             apart_mm,
             within_mm,
         } = self;
-        let is_held = *margin >= least || apart_mm <= within_mm;
+        // Where the mirrored ones fit better, what these points predict is that of the wrong pose.
+        let within_mm = if *margin < 0.0 {
+            within_mm.min(WRONG_MM)
+        } else {
+            *within_mm
+        };
+        let is_held = *margin >= least || *apart_mm <= within_mm;
         (!is_held).then(|| {
             let other = match *margin < 0.0 {
                 true => format!("mirrored back, its images fit better, by {:.1}", -margin),
@@ -228,7 +237,9 @@ mod tests {
             within_mm: 1.0,
         };
         assert_eq!(mirror(15.0, 30.0).refused(15.0), None);
-        assert_eq!(mirror(-40.0, 0.9).refused(15.0), None);
+        assert_eq!(mirror(14.0, 0.9).refused(15.0), None);
+        assert_eq!(mirror(-40.0, 0.4).refused(15.0), None);
+        assert!(mirror(-40.0, 0.9).refused(15.0).unwrap().starts_with("mirrored back"));
         assert!(
             mirror(14.0, 1.1)
                 .refused(15.0)

@@ -110,18 +110,16 @@ impl Measured {
                 let off = |place: Point<Marker>| (back * place).mm()[2].abs();
                 let of = (of.as_str(), image.as_ref(), "the image");
                 let (shared, poses) = of_tool(of, off, &table, &rows, &points, asked.path)?;
-                let turned = axis_mm.map(|axis_mm| {
+                // Places that are no cloud once they are mirrored say nothing of the file: that it was not looked at is told.
+                mirrored = axis_mm.and_then(|axis_mm| {
                     let sounded = Sounded {
                         points: &points,
                         poses: &poses,
                         marker_from_image: image.transform(),
                         axis_mm,
                     };
-                    mirror::points(&sounded, image.covariance(), asked.held_mm)
+                    mirror::points(&sounded, image.covariance(), asked.held_mm).ok()
                 });
-                mirrored = turned
-                    .transpose()
-                    .map_err(|source| SurfaceCommandError::points(asked.path, &lines, source))?;
                 Some(shared)
             }
         };

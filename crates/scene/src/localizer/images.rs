@@ -85,11 +85,21 @@ pub(super) fn images(raw: &RawImages) -> Checked<ImagesSpec> {
         Some([along, down]) => Some([pixel(along)?, pixel(down)?]),
         None => None,
     };
+    let (orientation, shown) = (orientation(&raw.orientation)?, shown(raw)?);
+    // Where beams run is told of rows from the face down.
+    if shown.is_some() && !(orientation.starts_with(['M', 'U']) && orientation[1..].starts_with('F')) {
+        let allowed = "\"MF\" or \"UF\" where it is told where beams run: rows along the face, columns away from it";
+        return Err(invalid(
+            "localizer.images.orientation",
+            format!("{orientation:?}"),
+            allowed,
+        ));
+    }
     Ok(ImagesSpec {
         name: label("localizer.images.name", &raw.name)?,
-        orientation: orientation(&raw.orientation)?,
+        orientation,
         pixel_mm,
-        shown: shown(raw)?,
+        shown,
     })
 }
 

@@ -217,6 +217,14 @@ fn images_of_the_peer_say_how_they_are_turned_and_all_of_their_beams_or_nothing(
             "localizer.images.depth_mm",
         ),
         (both.as_str(), "two arrays"),
+        (
+            "orientation = \"MN\"\ndepth_mm = 40\nlinear_mm = [0, 9, 0]",
+            "\"MF\" or \"UF\" where",
+        ),
+        (
+            "orientation = \"FM\"\ndepth_mm = 40\nlinear_mm = [0, 9, 0]",
+            "\"MF\" or \"UF\" where",
+        ),
     ] {
         let error = images(keys).unwrap_err();
         assert!(error.contains(words), "{keys}: {error}");

@@ -219,3 +219,20 @@ fn a_probe_that_was_calibrated_in_cold_water_is_refused_with_the_likely_causes()
         "{words}"
     );
 }
+
+/// Points of a probe were registered without its calibration: with errors that were told too small, up to 2 mm, and no look for a mirror.
+#[test]
+fn points_of_a_calibrated_probe_are_not_taken_without_it() {
+    let text = |second: &str| format!("# points of probe in reference\n{second}\non,x,y,z\n");
+    let words = |second: &str| without_probe("p.csv".as_ref(), &text(second)).map_err(|error| error.to_string());
+    let seen = calibrated(images()).comment();
+    assert!(words(&seen).unwrap_err().contains("calibration \"0123\": say --probe"));
+    let unsaid = calibrated(ImagesRecord::default()).comment();
+    assert!(words(&unsaid).is_err());
+    let matrix = Calibrated {
+        id: BY_MATRIX.to_owned(),
+        ..calibrated(ImagesRecord::default())
+    };
+    assert_eq!(words(&matrix.comment()), Ok(()));
+    assert_eq!(words("1,2,3"), Ok(()));
+}
