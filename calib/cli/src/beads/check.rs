@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Matrix6};
 use serde::Serialize;
 
 use super::check_tip::{self, Touch};
-use super::error::BeadsError;
+use super::error::{BeadsError, unusable};
 use crate::bounds::on_registration;
 use crate::calibration::Gate;
 use crate::commands::Outcome;
@@ -283,13 +283,6 @@ const fn name(verdict: Verdict) -> &'static str {
         Verdict::Pass => "pass",
         Verdict::Warn => "warn",
         Verdict::Fail => "fail",
-    }
-}
-
-pub(super) fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
-    BeadsError::Unusable {
-        path: path.to_owned(),
-        what: what.into(),
     }
 }
 

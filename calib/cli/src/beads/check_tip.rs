@@ -6,8 +6,7 @@ use bead::check::TipParts;
 use geometry::{Point, Tracker, UncertainPoint};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3};
 
-use super::check::unusable;
-use super::error::BeadsError;
+use super::error::{BeadsError, unusable};
 use crate::input_files::points_text;
 use crate::input_files::source::Source;
 use crate::live::{calibration_of, touched_in};

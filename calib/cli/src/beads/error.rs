@@ -1,6 +1,6 @@
 //! Why there are no beads, no match and no check.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::bounds::NotJudged;
 use crate::input_files::source::SourceError;
@@ -60,4 +60,12 @@ pub(crate) enum BeadsError {
     Unusable { path: PathBuf, what: String },
     #[error("writing the result as JSON: {0}")]
     Encode(#[from] serde_json::Error),
+}
+
+/// A registration that cannot be checked, and why.
+pub(super) fn unusable(path: &Path, what: impl Into<String>) -> BeadsError {
+    BeadsError::Unusable {
+        path: path.to_owned(),
+        what: what.into(),
+    }
 }
