@@ -30,11 +30,17 @@ use twins::Twins;
 pub(crate) use images::Picture;
 pub(crate) use names::NamesError;
 
-/// A peer may send images on the same connection, also unasked: PLUS does.
-const LIMITS: Limits = Limits {
-    body: images::MOST_BYTES,
-    ..Limits::POSES
-};
+/// What is read of a peer: as much as an image has only where the scene asks for images.
+const fn limits(has_images: bool) -> Limits {
+    Limits {
+        body: if has_images {
+            images::MOST_BYTES
+        } else {
+            Limits::POSES.body
+        },
+        ..Limits::POSES
+    }
+}
 
 /// Characters of a peer's own words that are told: the field of them may have some thousand.
 const MOST_WORDS: usize = 200;
@@ -92,7 +98,7 @@ impl OpenIgtLink {
             gather: Gather::new(names.markers()),
             names,
             session: Client::new(rules),
-            decoder: Decoder::new(LIMITS),
+            decoder: Decoder::new(limits(spec.images.is_some())),
             images: spec.images.as_ref().map(Images::new),
             twins: Twins::default(),
             stated: Vec::new(),
@@ -282,7 +288,7 @@ fn stamp_ns(stamp: Stamp) -> i64 {
 impl Driver for OpenIgtLink {
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
         self.now_ns = now_ns;
-        self.decoder = Decoder::new(LIMITS);
+        self.decoder = Decoder::new(limits(self.images.is_some()));
         self.images.iter_mut().for_each(Images::forget);
         self.gather = Gather::new(self.names.markers());
         self.twins = Twins::default();
