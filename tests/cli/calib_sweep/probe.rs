@@ -12,7 +12,7 @@ use crate::support::{SMALL, World, stderr, stdout};
 use calib::file::{Registered, RegistrationFile, content_id};
 use calib_cli::{ArrayRecord, ImagesRecord, LagRecord, PROBE_FORMAT, PROBE_VERSION, ProbeFile};
 use chance::Chance;
-use geometry::{Ct, Image, Marker, Point, Rigid, Tool, Vector};
+use geometry::{Ct, Image, Marker, Point, Rigid, Tool, Tracker, Vector};
 use phantom::Phantom;
 use scene::{Scene, TrackerSource};
 use tracker_proc::probe::SimulatedProbe;
@@ -141,6 +141,41 @@ fn calibration() -> ProbeFile {
     file
 }
 
+/// The points of a sweep as they are had the scanner mirrored its picture: each across the middle of its image, found from the marker's pose
+/// beside it and the probe's calibration.
+fn mirrored(csv: &str) -> String {
+    let file = calibration();
+    let told: Rigid<Marker, Image> = geometry::checked::rigid(file.quaternion_wxyz, file.translation_mm, 1e-9).unwrap();
+    let Some(ArrayRecord::Curved { centre_px, .. }) = file.images.unwrap().array else {
+        panic!("another array");
+    };
+    let middle_mm = centre_px[0] * file.pixel_mm[0];
+    let mut text = String::new();
+    for line in csv.lines() {
+        let words: Vec<&str> = line.split(',').collect();
+        let numbers: Vec<f64> = words.iter().skip(1).filter_map(|word| word.parse().ok()).collect();
+        if numbers.len() != 20 {
+            text += &format!("{line}\n");
+            continue;
+        }
+        let part = |from: usize| std::array::from_fn(|k| numbers[from + k]);
+        let turn = std::array::from_fn(|k| numbers[13 + k]);
+        let marker: Rigid<Tracker, Marker> = geometry::checked::rigid(turn, part(17), 1e-6).unwrap();
+        let from_image = marker * told;
+        let [x, y, z] = part(0);
+        let [x, y, z] = (from_image.inverse() * Point::<Tracker>::new(x, y, z)).mm();
+        let place = (from_image * Point::new(2.0 * middle_mm - x, y, z)).mm();
+        let beam = geometry::checked::direction::<Tracker>(part(9)).unwrap();
+        let [along_x, along_y, along_z] = (from_image.inverse() * beam).components();
+        let beam = geometry::checked::direction::<Image>([-along_x, along_y, along_z]).unwrap();
+        let beam = (from_image * beam).components();
+        let all = [&place[..], &numbers[3..9], &beam, &numbers[12..]].concat();
+        let all: Vec<String> = all.iter().map(f64::to_string).collect();
+        text += &format!("{},{}\n", words[0], all.join(","));
+    }
+    text
+}
+
 /// A change to what the calibration says of its images, and the words of the refusal.
 type Changed = (fn(&mut ProbeFile), &'static str);
 
@@ -247,6 +282,32 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
         found.transform()
     };
     assert_eq!(transform("again.json"), transform("registration.json"));
+
+    // The same sweep by a scanner that mirrored its picture since the calibration, and by nobody's probe.
+    let seen = fs::read_to_string(world.path("seen.csv")).unwrap();
+    let turned = path("turned.csv");
+    fs::write(&turned, mirrored(&seen)).unwrap();
+    let surface = [
+        "surface", "--bone", &bone, "--points", &turned, "--probe", &probe, &aimed,
+    ];
+    let refused = world.output("calib", &surface);
+    let said = stderr(&refused);
+    assert!(
+        !refused.status.success() && said.contains("mirrored back, its images fit better"),
+        "{said}"
+    );
+    let without = [
+        "surface",
+        "--bone",
+        &bone,
+        "--points",
+        &to,
+        &aimed,
+        "--shared-mm",
+        "0.2",
+    ];
+    let said = stderr(&world.output("calib", &without));
+    assert!(said.contains("say --probe with it"), "{said}");
 
     // A picture that was cropped, another tool's probe and a calibration that says neither, another depth since the calibration, and one that says nothing of a lag.
     for (change, words) in refused_images() {

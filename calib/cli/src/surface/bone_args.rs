@@ -14,11 +14,11 @@ use crate::scene_context::SceneContext;
 use crate::store;
 use crate::values::{Name, Positive, Target};
 
-/// The bone, where the search begins, where the error counts, and what is written.
-/// Largest error predicted at a target, mm, that is accepted of a probe's images. Where they show the bone from one side alone, errors are 2.5 times those
-/// predicted, and predicted are 1.2 mm and more; from two sides 0.7 mm at most, and that is true (docs/ultrasound.md).
+/// Largest error predicted at a target, mm, that is accepted of a probe's images where nothing else is said. Of sweeps of one side errors are 2.5 times
+/// those predicted, and those that nothing else refused predicted 1.19 mm and more; whole sweeps predict 0.67 mm at most, and keep it (docs/ultrasound.md).
 const MOST_BY_PROBE_MM: f64 = 1.0;
 
+/// The bone, where the search begins, where the error counts, and what is written.
 #[derive(Debug, Args)]
 pub(crate) struct BoneArgs {
     /// The bone: a surface of triangles (.ply, .vtk, .stl, .obj), as calib bone makes it

@@ -124,7 +124,7 @@ fn what_a_calibration_does_not_say_is_refused_unless_it_is_accepted() {
             .to_string()
             .contains("does not say the depth")
     );
-    // How the image is turned no run says: told, never silent.
+    // How images are turned is compared where both say it, and told where one does not: never silent.
     let own = calibrated(images());
     assert_eq!(own.not_compared(true), None);
     assert!(
