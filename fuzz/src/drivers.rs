@@ -84,7 +84,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
     let Ok(mut driver) = run::driver(&LinkSpec::OpenIgtLink(spec.clone()), Follows::Markers(&markers)) else {
         return;
     };
-    let mut clock = DeviceClock::new(StampRule::Mapped, 0);
+    let mut clock = DeviceClock::new(StampRule::Mapped, 0, 300_000_000);
     let (mut decoder, mut vouched) = (Decoder::new(Limits::POSES), Vec::new());
     driver.connected(0);
     for (number, piece) in (1..).zip(bytes.chunks(piece)) {
@@ -126,7 +126,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
                         header.shape().is_ok() && header.orientation().as_deref() == Some("MF"),
                         "{header:?}"
                     );
-                    let captured = clock.capture_of_image(picture.device_ns, picture.arrival_ns);
+                    let captured = clock.capture_of_image(picture.device_ns, picture.arrival_ns).captured;
                     assert!(captured.at_ns <= picture.arrival_ns, "{captured:?}");
                 }
                 Act::Close(_) => return,
@@ -148,6 +148,7 @@ fn images() -> ImagesSpec {
         orientation: "MF".to_owned(),
         pixel_mm: Some([0.1; 2]),
         shown: Some((9.0, beams)),
+        latest: std::time::Duration::from_millis(300),
     }
 }
 
@@ -203,7 +204,7 @@ fn polled(bytes: &[u8], piece: usize) {
     let Ok(mut driver) = run::driver(&link, Follows::Markers(&followed)) else {
         return;
     };
-    let mut clock = DeviceClock::new(StampRule::Mapped, 0);
+    let mut clock = DeviceClock::new(StampRule::Mapped, 0, 300_000_000);
     let mut device = Device::new(DeviceRules::default());
     let mut acts = driver.connected(0);
     // Until it polls.

@@ -5,12 +5,10 @@ use bus::message::CaptureClock;
 use scene::localizer::StampRule;
 
 use crate::driver::Frame;
+use crate::image_clock::{ImageLaw, Untimed};
 
 /// So far behind its arrival a frame's time may be put to be later than that of the one before, ns.
 const MOST_AHEAD_NS: i64 = 1000;
-
-/// An image may come so long after the frames of its time, ns: a stamp further back is none of their clock.
-const MOST_LATE_NS: i64 = 2_000_000_000;
 
 /// A law whose newest frame is older than this says nothing of an image: what the clock did since nobody saw, ns.
 const OLD_LAW_NS: i64 = 1_000_000_000;
@@ -22,6 +20,18 @@ pub struct DeviceClock {
     least_delay_ns: i64,
     mapping: Mapping,
     last: Option<Captured>,
+    images: ImageLaw,
+}
+
+/// The time of an image's capture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageTime {
+    /// By the clock of the frames, or the image's arrival.
+    pub captured: Captured,
+    /// Why it is the arrival.
+    pub untimed: Option<Untimed>,
+    /// By how much the clock of the images was found to be set against that of the frames, ns.
+    pub set_by_ns: Option<i64>,
 }
 
 /// The time of a capture.
@@ -36,18 +46,23 @@ pub struct Captured {
 }
 
 impl DeviceClock {
-    /// Of a connection that was just made: nothing is known of the localizer's clock.
-    pub fn new(rule: StampRule, least_delay_ns: i64) -> Self {
-        let settings = Settings {
-            least_delay_ns,
-            ..Settings::default()
-        };
+    /// Of a connection that was just made: nothing is known of the localizer's clock. Its images come at most `latest_image_ns` later
+    /// than the frames of their time.
+    pub fn new(rule: StampRule, least_delay_ns: i64, latest_image_ns: i64) -> Self {
         Self {
             rule,
             least_delay_ns,
-            mapping: Mapping::new(settings),
+            mapping: Mapping::new(settings(least_delay_ns)),
             last: None,
+            images: ImageLaw::new(latest_image_ns),
         }
+    }
+
+    /// Another connection was made: what is known is how late images were on the one before.
+    pub fn reconnected(&mut self) {
+        self.mapping = Mapping::new(settings(self.least_delay_ns));
+        self.last = None;
+        self.images.reconnected();
     }
 
     /// When `frame` was captured, and what a person must know of the clock.
@@ -77,28 +92,50 @@ impl DeviceClock {
     }
 
     /// When an image was captured that bears a stamp of the frames' clock: by the law that they have made, as it comes later than they do. Where
-    /// there is none, or the stamp is no one of that clock, its arrival counts.
-    pub fn capture_of_image(&self, device_ns: i64, arrival_ns: i64) -> Captured {
-        // Frames that are not mapped, or do not come any more, vouch for no law.
-        let is_followed = self.last.is_some_and(|last| {
-            last.clock == CaptureClock::Mapped && arrival_ns.saturating_sub(last.at_ns) <= OLD_LAW_NS
-        });
-        let mapped = match self.rule {
-            StampRule::Mapped if is_followed => self.mapping.capture_of(device_ns, arrival_ns, MOST_LATE_NS),
-            _ => None,
+    /// there is none, or images do not keep to that clock, its arrival counts.
+    pub fn capture_of_image(&mut self, device_ns: i64, arrival_ns: i64) -> ImageTime {
+        let (placed, set_by_ns) = match self.by_frames(device_ns, arrival_ns) {
+            Ok((at_ns, uncertain_ns)) => {
+                let late_ns = arrival_ns.saturating_sub(at_ns).saturating_sub(self.least_delay_ns);
+                let (kept, set_by_ns) = self.images.judge(late_ns, uncertain_ns, arrival_ns);
+                (kept.map(|()| (at_ns, uncertain_ns)), set_by_ns)
+            }
+            Err(why) => (Err(why), None),
         };
-        match mapped {
-            Some((at_ns, uncertain_ns)) => Captured {
+        let captured = match placed {
+            Ok((at_ns, uncertain_ns)) => Captured {
                 at_ns,
                 uncertain_ns: uncertain_ns.max(1),
                 clock: CaptureClock::Mapped,
             },
-            None => Captured {
+            Err(_) => Captured {
                 at_ns: arrival_ns.saturating_sub(self.least_delay_ns),
                 uncertain_ns: 0,
                 clock: CaptureClock::Arrival,
             },
+        };
+        ImageTime {
+            captured,
+            untimed: placed.err(),
+            set_by_ns,
         }
+    }
+
+    /// Time and bound of a stamp by the law of the frames.
+    fn by_frames(&self, device_ns: i64, arrival_ns: i64) -> Result<(i64, i64), Untimed> {
+        if self.rule == StampRule::Arrival {
+            return Err(Untimed::Wanted);
+        }
+        // Frames that are not mapped, or do not come any more, vouch for no law.
+        let is_followed = self.last.is_some_and(|last| {
+            last.clock == CaptureClock::Mapped && arrival_ns.saturating_sub(last.at_ns) <= OLD_LAW_NS
+        });
+        if !is_followed {
+            return Err(Untimed::NoPoses);
+        }
+        // How late one may be is for the law of the images.
+        let placed = self.mapping.capture_of(device_ns, arrival_ns, i64::MAX);
+        placed.ok_or(Untimed::OtherClock)
     }
 
     /// Two frames are two instants: those that come in one piece arrive at one time, and a law that is corrected may put one at the time
@@ -134,9 +171,19 @@ impl DeviceClock {
     }
 }
 
+fn settings(least_delay_ns: i64) -> Settings {
+    Settings {
+        least_delay_ns,
+        ..Settings::default()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// As the scene has it unless it says otherwise.
+    const LATEST_NS: i64 = 300_000_000;
 
     fn frame(device_ns: i64, first_ns: i64) -> Frame {
         Frame {
@@ -152,7 +199,7 @@ mod tests {
 
     #[test]
     fn stamps_are_mapped_once_there_are_enough_and_never_later_than_the_arrival() {
-        let mut clock = DeviceClock::new(StampRule::Mapped, 0);
+        let mut clock = DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
         for i in 0..100 {
             let t_ns = i * 16_666_667;
             // Every fifth frame is 5 ms late.
@@ -178,7 +225,7 @@ mod tests {
     #[test]
     fn no_two_frames_have_one_time() {
         for rule in [StampRule::Mapped, StampRule::Arrival] {
-            let mut clock = DeviceClock::new(rule, 0);
+            let mut clock = DeviceClock::new(rule, 0, LATEST_NS);
             let mut last_ns = i64::MIN;
             for i in 0..2000_i64 {
                 // Three by three, with the last of them.
@@ -195,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_localizer_without_stamps_has_the_arrival_and_says_so() {
-        let mut clock = DeviceClock::new(StampRule::Mapped, 2_000_000);
+        let mut clock = DeviceClock::new(StampRule::Mapped, 2_000_000, LATEST_NS);
         let (captured, event) = clock.capture(&frame(0, 10_000_000));
         assert_eq!(
             (captured.at_ns, captured.uncertain_ns, captured.clock),
@@ -206,7 +253,7 @@ mod tests {
             "frames have the time of their arrival: the device states no time"
         );
         assert_eq!(clock.words(), "clock: arrival");
-        let mut clock = DeviceClock::new(StampRule::Arrival, 2_000_000);
+        let mut clock = DeviceClock::new(StampRule::Arrival, 2_000_000, LATEST_NS);
         let (captured, event) = clock.capture(&frame(EPOCH_NS, 10_000_000));
         assert_eq!(
             (captured.at_ns, captured.clock, event),
@@ -214,25 +261,75 @@ mod tests {
         );
     }
 
+    /// A clock whose frames came at 60 Hz for `seconds`, an image `late_ns` after each second one; and the time of the last.
+    fn followed(seconds: i64, late_ns: i64) -> (DeviceClock, i64) {
+        let mut clock = DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
+        let mut t_ns = 0;
+        for i in 0..60 * seconds {
+            t_ns = i * STEP_NS;
+            clock.capture(&frame(EPOCH_NS + t_ns, t_ns));
+            if i % 2 == 0 {
+                clock.capture_of_image(EPOCH_NS + t_ns - late_ns, t_ns);
+            }
+        }
+        (clock, t_ns)
+    }
+
+    const STEP_NS: i64 = 16_666_667;
+
     /// A law that no frame follows any more was used for images for ever.
     #[test]
     fn an_image_is_mapped_only_while_frames_are() {
-        let mut clock = DeviceClock::new(StampRule::Mapped, 0);
-        assert_eq!(clock.capture_of_image(EPOCH_NS, 0).clock, CaptureClock::Arrival);
-        let (mut t_ns, step_ns) = (0, 16_666_667);
-        for _ in 0..100 {
-            t_ns += step_ns;
-            clock.capture(&frame(EPOCH_NS + t_ns, t_ns));
-        }
+        let mut none = DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
+        assert_eq!(none.capture_of_image(EPOCH_NS, 0).untimed, Some(Untimed::NoPoses));
         let late_ns = 150_000_000;
+        let (mut clock, t_ns) = followed(4, late_ns);
         let seen = clock.capture_of_image(EPOCH_NS + t_ns - late_ns, t_ns);
-        assert_eq!(seen.clock, CaptureClock::Mapped);
-        assert!((seen.at_ns - (t_ns - late_ns)).abs() < 100_000, "{seen:?}");
+        assert_eq!((seen.captured.clock, seen.untimed), (CaptureClock::Mapped, None));
+        assert!((seen.captured.at_ns - (t_ns - late_ns)).abs() < 100_000, "{seen:?}");
         let alone = clock.capture_of_image(EPOCH_NS + t_ns + 1_000_000_000, t_ns + 1_100_000_000);
-        assert_eq!((alone.clock, alone.uncertain_ns), (CaptureClock::Arrival, 0));
+        assert_eq!(
+            (alone.untimed, alone.captured.uncertain_ns),
+            (Some(Untimed::NoPoses), 0)
+        );
         // Frames without stamps are timed by their arrival, and so are images.
-        clock.capture(&frame(0, t_ns + step_ns));
-        let unsure = clock.capture_of_image(EPOCH_NS + t_ns, t_ns + step_ns);
-        assert_eq!(unsure.clock, CaptureClock::Arrival);
+        clock.capture(&frame(0, t_ns + STEP_NS));
+        let unsure = clock.capture_of_image(EPOCH_NS + t_ns, t_ns + STEP_NS);
+        assert_eq!(unsure.captured.clock, CaptureClock::Arrival);
+    }
+
+    /// Images by a clock that was up to 2 s off the poses', or was set while they came, had a time by the poses' law.
+    #[test]
+    fn images_of_another_clock_or_of_one_that_was_set_are_timed_by_their_arrival() {
+        let late_ns = 50_000_000;
+        for (off_ns, why) in [
+            (400_000_000, Untimed::Late { latest_ns: LATEST_NS }),
+            (1_900_000_000, Untimed::Late { latest_ns: LATEST_NS }),
+            (-60_000_000, Untimed::OtherClock),
+        ] {
+            let (mut clock, t_ns) = followed(4, late_ns + off_ns);
+            let image = clock.capture_of_image(EPOCH_NS + t_ns - late_ns - off_ns, t_ns);
+            assert_eq!((image.untimed, image.captured.at_ns), (Some(why), t_ns));
+        }
+        let (mut clock, from_ns) = followed(4, late_ns);
+        let (mut times, mut set) = (Vec::new(), Vec::new());
+        for i in 1..=360 {
+            let t_ns = from_ns + i * STEP_NS;
+            clock.capture(&frame(EPOCH_NS + t_ns, t_ns));
+            let image = clock.capture_of_image(EPOCH_NS + t_ns - late_ns - 100_000_000, t_ns);
+            times.push(image.untimed);
+            set.extend(image.set_by_ns);
+        }
+        // A window of two seconds until it is found, another one until it is known.
+        assert!(times[..110].iter().all(Option::is_none));
+        assert!(
+            times[140..235].iter().all(|why| *why == Some(Untimed::Stepped)),
+            "{times:?}"
+        );
+        assert!(times[280..].iter().all(Option::is_none));
+        assert!(
+            matches!(set[..], [by_ns] if (by_ns + 100_000_000).abs() < 1_000_000),
+            "{set:?}"
+        );
     }
 }

@@ -1,11 +1,12 @@
 //! Ultrasound images on the bus: numbered, with the time of their capture.
 
 use bus::BusError;
-use bus::message::{CaptureClock, UsImageHeader};
+use bus::clock;
+use bus::message::UsImageHeader;
 use bus::port::UsImagePublisher;
 use bus::process::Process;
 
-use crate::clocks::Captured;
+use crate::clocks::ImageTime;
 use crate::openigtlink::Picture;
 
 /// After so long without an image it is said that none comes, ns.
@@ -18,8 +19,10 @@ pub(crate) struct ImageOutput {
     is_asked: bool,
     open: Option<Open>,
     next_seq: u64,
-    /// What the last image's time rests on, and when it arrived.
-    last: Option<(CaptureClock, i64)>,
+    /// The last image's time, and when it arrived.
+    last: Option<(ImageTime, i64)>,
+    /// How often their clock was set.
+    set: u32,
     /// They could not be published. It is not tried again: a try that fails takes seconds, in which no pose is read.
     has_failed: bool,
 }
@@ -41,12 +44,12 @@ impl ImageOutput {
     }
 
     /// Publishes an image. Why that failed, in words, the first time: poses go on without images.
-    pub(crate) fn show(&mut self, picture: &Picture, captured: Captured, process: &mut Process) -> Option<String> {
+    pub(crate) fn show(&mut self, picture: &Picture, time: ImageTime, process: &mut Process) -> Option<String> {
         if self.has_failed {
             process.counters.refused += 1;
             return None;
         }
-        let why = self.send(picture, captured, process).err()?;
+        let why = self.send(picture, time, process).err()?;
         process.counters.refused += 1;
         self.has_failed = true;
         Some(format!(
@@ -54,7 +57,7 @@ impl ImageOutput {
         ))
     }
 
-    fn send(&mut self, picture: &Picture, captured: Captured, process: &Process) -> Result<(), BusError> {
+    fn send(&mut self, picture: &Picture, time: ImageTime, process: &Process) -> Result<(), BusError> {
         let pixels = picture.grey.len();
         if self.open.as_ref().is_none_or(|open| open.room < pixels) {
             // By doubling, so that images that grow and grow open the topic a few times alone. One publisher at a time.
@@ -69,15 +72,16 @@ impl ImageOutput {
         let header = UsImageHeader {
             seq: self.next_seq,
             t_device_ns: picture.device_ns,
-            t_capture_ns: captured.at_ns,
+            t_capture_ns: time.captured.at_ns,
             t_arrival_ns: picture.arrival_ns,
             t_publish_ns: process.clock().now_ns(),
-            clock: captured.clock.code(),
+            clock: time.captured.clock.code(),
             ..picture.header
         };
         open.publisher.send(header, &picture.grey)?;
         self.next_seq += 1;
-        self.last = Some((captured.clock, picture.arrival_ns));
+        self.last = Some((time, picture.arrival_ns));
+        self.set = self.set.saturating_add(u32::from(time.set_by_ns.is_some()));
         Ok(())
     }
 
@@ -93,15 +97,24 @@ impl ImageOutput {
         if self.has_failed {
             return "images not published".to_owned();
         }
-        match self
+        let Some((time, at_ns)) = self
             .last
-            .map(|(clock, at_ns)| (clock, now_ns.saturating_sub(at_ns) > ABSENT_NS))
-        {
-            None if self.is_asked => "no images come".to_owned(),
-            None => String::new(),
-            Some((_, true)) => "no images come".to_owned(),
-            Some((CaptureClock::Mapped, false)) => "images stamped".to_owned(),
-            Some((CaptureClock::Arrival, false)) => "images timed by arrival".to_owned(),
+            .filter(|(_, at_ns)| now_ns.saturating_sub(*at_ns) <= ABSENT_NS)
+        else {
+            let is_expected = self.is_asked || self.last.is_some();
+            return if is_expected { "no images come" } else { "" }.to_owned();
+        };
+        let set = match self.set {
+            0 => String::new(),
+            n => format!(", their clock set {n} x"),
+        };
+        match time.untimed {
+            Some(why) => format!("images timed by arrival ({why}{set})"),
+            // How much of it is an offset of two clocks, nobody sees: that there is none is the scene's word.
+            None => {
+                let late_ms = clock::ms(at_ns.saturating_sub(time.captured.at_ns));
+                format!("images stamped {late_ms:.0} ms late, one clock by the scene{set}")
+            }
         }
     }
 }

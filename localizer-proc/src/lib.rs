@@ -6,6 +6,7 @@
 //! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
 //! * `single` holds the single markers of a device against their definitions.
 //! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
+//! * `image_clock` holds images to the clock of the poses, by how late they come.
 //! * `simulate` is the other side: a simulated device of NDI for whoever dials.
 //! * `output` numbers, stamps and publishes frames, `image_output` the images of an ultrasound scanner on the same connection.
 
@@ -15,6 +16,7 @@ pub mod cli;
 pub mod clocks;
 mod decode;
 pub mod driver;
+mod image_clock;
 mod image_output;
 mod link;
 mod ndi;

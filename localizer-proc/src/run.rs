@@ -9,10 +9,11 @@ use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
 use scene::TrackerSource;
-use scene::localizer::{LinkSpec, LocalizerSpec};
+use scene::localizer::{LinkSpec, LocalizerSpec, OpenIgtLinkSpec};
 
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Follows, Frame, Places};
+use crate::image_clock::Untimed;
 use crate::image_output::ImageOutput;
 use crate::link::{Link, News};
 use crate::ndi::{Ndi, SetUpError};
@@ -79,6 +80,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         output,
         events,
         told: 0,
+        told_of_images: Vec::new(),
         next_lost_ns: i64::MIN,
         rate: Rate::default(),
     };
@@ -102,7 +104,13 @@ pub fn driver(link: &LinkSpec, follows: Follows<'_>) -> Result<Box<dyn Driver>, 
 }
 
 fn clock_of(spec: &LocalizerSpec) -> DeviceClock {
-    DeviceClock::new(spec.clock, clock::ns(spec.least_delay))
+    let latest = match &spec.link {
+        LinkSpec::OpenIgtLink(OpenIgtLinkSpec {
+            images: Some(images), ..
+        }) => images.latest,
+        _ => Duration::ZERO,
+    };
+    DeviceClock::new(spec.clock, clock::ns(spec.least_delay), clock::ns(latest))
 }
 
 /// The state between two looks.
@@ -116,6 +124,8 @@ struct Localizer {
     events: Publisher<Event>,
     /// Events that were told.
     told: u64,
+    /// Why images have no time of their own, as far as it was told on this connection.
+    told_of_images: Vec<Untimed>,
     /// While there is no connection, that is said so often, as a pose that is lost grows old too.
     every_ns: i64,
     next_lost_ns: i64,
@@ -132,7 +142,8 @@ impl Localizer {
         let acts = match self.link.wait(process.clock(), until_ns) {
             News::Nothing => Vec::new(),
             News::Connected => {
-                self.clock = clock_of(&self.spec);
+                self.clock.reconnected();
+                self.told_of_images.clear();
                 self.tell(format!("connected with {}", self.spec.address), Level::Info, process)?;
                 self.driver.connected(process.clock().now_ns())
             }
@@ -183,8 +194,23 @@ impl Localizer {
     }
 
     fn show(&mut self, picture: &Picture, process: &mut Process) -> Result<(), RunError> {
-        let captured = self.clock.capture_of_image(picture.device_ns, picture.arrival_ns);
-        match self.images.show(picture, captured, process) {
+        let time = self.clock.capture_of_image(picture.device_ns, picture.arrival_ns);
+        if let Some(by_ns) = time.set_by_ns {
+            let by_ms = clock::ms(by_ns);
+            let words = format!(
+                "the clock of the images was set by {by_ms:.0} ms against that of the poses: a probe's lag that was found before does not hold"
+            );
+            self.tell(words, Level::Warning, process)?;
+        }
+        // What is so at the beginning, or as the scene wants it, is in the status alone.
+        let is_fault = |why: &Untimed| !matches!(why, Untimed::Wanted | Untimed::NoPoses | Untimed::JustBegun);
+        if let Some(why) = time.untimed.filter(is_fault)
+            && !self.told_of_images.contains(&why)
+        {
+            self.told_of_images.push(why);
+            self.tell(format!("images timed by arrival: {why}"), Level::Warning, process)?;
+        }
+        match self.images.show(picture, time, process) {
             Some(words) => self.tell(words, Level::Error, process),
             None => Ok(()),
         }

@@ -303,6 +303,56 @@ fn images_of_the_peer_are_published_as_they_are_with_the_time_of_the_pose_that_h
     }
 }
 
+/// Images whose clock was set while they came, or was another one by less than 2 s, had a time by the poses' law.
+#[test]
+fn images_whose_clock_is_set_are_timed_by_arrival_until_it_is_known_how_and_so_is_one_too_far_off() {
+    let Some(server) = Server::start("shifted") else { return };
+    let world = World::new();
+    let (pilot, watch) = start(&world, server.port, IMAGES);
+    let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
+    let subscriber = bus::port::UsImageSubscriber::open(&bus).unwrap();
+    let mut mapped = Vec::new();
+    wait_for("images of the third clock", || {
+        watch.come().iter().for_each(check);
+        let mut last = 0;
+        while let Some(image) = subscriber.next().unwrap() {
+            last = number_in(image.grey());
+            if image.header().capture_clock() == Some(CaptureClock::Mapped) {
+                mapped.push(last);
+            }
+        }
+        (last > 1200).then_some(())
+    });
+    // 100 frames a second, an image each third: two seconds until it is known how late images are, two until a step is found, and two again.
+    let since = |from: u64| {
+        mapped
+            .iter()
+            .copied()
+            .filter(move |number| (from..1100).contains(number))
+    };
+    assert!(
+        since(0).next().is_some_and(|first| (200..400).contains(&first)),
+        "{mapped:?}"
+    );
+    let gap = mapped.windows(2).find(|pair| pair[0] >= 400 && pair[1] - pair[0] > 150);
+    let [last, first] = gap.unwrap_or_else(|| panic!("{mapped:?}")) else {
+        unreachable!()
+    };
+    assert!(*last < 700 && *first < 1100 && first - last >= 180, "{last} {first}");
+    assert_eq!(mapped.iter().find(|number| **number >= 1100), None);
+    status_says(&pilot, "images timed by arrival (more than 300 ms");
+    let told = watch.told().join("\n");
+    let by_ms = told.split_once("the clock of the images was set by ").unwrap().1;
+    let by_ms: f64 = by_ms.split_once(" ms").unwrap().0.parse().unwrap();
+    // What the least of nine and more images may differ by is less than half the bound.
+    assert!((by_ms + 150.0).abs() < 10.0, "{by_ms}");
+    assert!(
+        told.contains("their clock does not keep to that of the poses"),
+        "{told}"
+    );
+    assert!(pilot.stop().success());
+}
+
 /// PLUS sends images to whoever connects: poses go on, and what is not taken is told.
 #[test]
 fn images_that_the_scene_does_not_ask_for_are_told_and_leave_the_poses_alone() {

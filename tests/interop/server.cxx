@@ -2,6 +2,7 @@
 //
 //   server push [PORT]     sends TRANSFORMs of two tools to each client, 100 Hz, unasked
 //   server images [PORT]   the same, and with each third frame an ultrasound image of the third frame before, with that one's stamp
+//   server shifted [PORT]  the same as images, whose stamps are of a clock that is 150 ms behind from frame 400 on, and 600 ms from frame 1100 on
 //   server stream [PORT]   sends nothing but TDATA of both, once a client asks for them by STT_TDATA, as often as that says
 //
 // It prints the port, and a line for each message that it was sent. Frame i has the tool at x = i / 8 mm and the patient at x = -100 mm, both
@@ -135,7 +136,10 @@ struct Open : igtl::Socket {
     static int descriptor(igtl::Socket& socket) { return socket.*(&Open::m_SocketDescriptor); }
 };
 
-static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images) {
+// How far the clock of the images is behind that of the poses.
+static long long behind_ns(long i, bool is_shifted) { return !is_shifted || i < 400 ? 0 : i < 1100 ? 150000000LL : 600000000LL; }
+
+static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images, bool is_shifted) {
     int every_ms = pushes ? 10 : 0;
     long long next = now_ms();
     // It goes on counting with each client: a frame is a frame.
@@ -162,7 +166,8 @@ static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images) {
             igtlUint32 second, fraction;
             if (before->GetTimeStampUint64() != 0) sent = sent && send_image(socket, i - 3, before);
             stamp->GetTimeStamp(&second, &fraction);
-            before->SetTime(second, fraction);
+            long long at_ns = second * 1000000000LL + fraction - behind_ns(i, is_shifted);
+            before->SetTime(at_ns / 1000000000LL, at_ns % 1000000000LL);
         }
         if (!sent) return;
         ++i;
@@ -179,8 +184,8 @@ int main(int argc, char** argv) {
     for (;;) {
         igtl::ClientSocket::Pointer client = server->WaitForConnection(60000);
         if (client.IsNull()) continue;
-        bool has_images = std::strcmp(argv[1], "images") == 0;
-        serve(client.GetPointer(), has_images || std::strcmp(argv[1], "push") == 0, has_images);
+        bool is_shifted = std::strcmp(argv[1], "shifted") == 0, has_images = is_shifted || std::strcmp(argv[1], "images") == 0;
+        serve(client.GetPointer(), has_images || std::strcmp(argv[1], "push") == 0, has_images, is_shifted);
         client->CloseSocket();
         std::printf("gone\n");
         std::fflush(stdout);

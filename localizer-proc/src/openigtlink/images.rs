@@ -187,6 +187,7 @@ fn beams_of(beams: ShownBeams) -> Beams {
 #[cfg(test)]
 mod tests {
     use std::borrow::Cow;
+    use std::time::Duration;
 
     use igtl::{Body, ByteOrder, DeviceName, Matrix, Space};
 
@@ -203,6 +204,7 @@ mod tests {
             orientation: "MF".to_owned(),
             pixel_mm: Some([0.1, 0.2]),
             shown: Some((8.0, beams)),
+            latest: Duration::from_millis(300),
         }
     }
 

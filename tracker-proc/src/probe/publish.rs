@@ -175,13 +175,13 @@ impl Work {
         while clock.now_ns() < at_ns && !self.ended.load(Ordering::Relaxed) {
             clock.sleep_until(at_ns.min(clock.now_ns() + clock::ns(LOOK_UP)));
         }
-        let now_ns = clock.now_ns();
         let header = UsImageHeader {
             seq,
             t_device_ns: stamped_ns,
             t_capture_ns: at_ns,
-            t_arrival_ns: now_ns,
-            t_publish_ns: now_ns,
+            // Of the simulated scanner; how long the simulation takes is none of its times.
+            t_arrival_ns: at_ns,
+            t_publish_ns: clock.now_ns(),
             clock: CaptureClock::Mapped.code(),
             ..UsImageHeader::of(self.probe.shape())
         };

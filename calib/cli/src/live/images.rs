@@ -20,6 +20,8 @@ pub(crate) struct Looked {
     pub(crate) orientation: Option<String>,
     /// Whether `t_capture_ns` is the source's own stamp, and not the image's arrival.
     pub(crate) is_stamped: bool,
+    /// From `t_capture_ns` to its arrival, ns.
+    pub(crate) late_ns: i64,
     /// The line of a bone, or why there is none.
     pub(crate) line: Result<BoneLine, String>,
 }
@@ -38,6 +40,7 @@ impl Looked {
             shape,
             orientation: header.orientation(),
             is_stamped: header.capture_clock() == Some(CaptureClock::Mapped),
+            late_ns: header.t_arrival_ns.saturating_sub(header.t_capture_ns),
             line: line.and_then(|line| match line.reason() {
                 Some(why) => Err(why),
                 None => Ok(line),

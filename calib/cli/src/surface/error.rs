@@ -122,6 +122,11 @@ pub(crate) enum SurfaceCommandError {
     )]
     NotStamped { seq: u64 },
     #[error(
+        "image {seq} and those after it came {by_ms:.0} ms later after their stamps than the first of the sweep did (20 at most): the clock of the \
+         images was set, or does not go as that of the poses; one lag does not hold for both"
+    )]
+    OtherLateness { seq: u64, by_ms: f64 },
+    #[error(
         "the probe {path} has no lag of its images behind the poses: find it (calib lag, or calib probe with --lag-ms) and say --lag-ms LAG,DEVIATION"
     )]
     NoLag { path: PathBuf },

@@ -1,5 +1,7 @@
 //! Ultrasound images of the localizer's peer: `[localizer.images]`.
 
+use std::time::Duration;
+
 use serde::{Deserialize, Serialize};
 
 use super::super::values::{Checked, invalid, number};
@@ -29,6 +31,15 @@ pub struct RawImages {
     /// A curved array.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub convex: Option<RawConvex>,
+    /// How much later than a pose of its stamp an image may come, ms; absent: [`RawImages::LATEST_MS`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latest_ms: Option<f64>,
+}
+
+impl RawImages {
+    /// What a scanner takes for an image (tens of ms, 200 at most), 25 ms for 640 x 480 bytes over 100 Mbit/s, and as much again
+    /// for a network that is busy.
+    pub const LATEST_MS: f64 = 300.0;
 }
 
 /// `[localizer.images.convex]`
@@ -54,6 +65,9 @@ pub struct ImagesSpec {
     pub pixel_mm: Option<[f64; 2]>,
     /// How far beams are shown, mm, and where they run; `None`: nobody says.
     pub shown: Option<(f64, ShownBeams)>,
+    /// How much later than a pose of its stamp an image may come: what is later is of another clock, or old. An offset of the two clocks
+    /// that is below it is not seen.
+    pub latest: Duration,
 }
 
 /// Where beams run, mm of the image's plane from the centre of its first pixel.
@@ -95,11 +109,13 @@ pub(super) fn images(raw: &RawImages) -> Checked<ImagesSpec> {
             allowed,
         ));
     }
+    let latest_ms = raw.latest_ms.unwrap_or(RawImages::LATEST_MS);
     Ok(ImagesSpec {
         name: label("localizer.images.name", &raw.name)?,
         orientation,
         pixel_mm,
         shown,
+        latest: Duration::from_secs_f64(number("localizer.images.latest_ms", latest_ms, 10.0..=2000.0, "ms")? / 1e3),
     })
 }
 

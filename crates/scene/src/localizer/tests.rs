@@ -174,6 +174,8 @@ fn images_of_the_peer_say_how_they_are_turned_and_all_of_their_beams_or_nothing(
     };
     let least = of("orientation = \"MF\"");
     assert_eq!((least.pixel_mm, least.shown), (None, None));
+    assert_eq!(least.latest.as_millis(), 300);
+    assert_eq!(of("orientation = \"MF\"\nlatest_ms = 80").latest.as_millis(), 80);
     let linear = of("orientation = \"UFA\"\npixel_mm = [0.1, 0.2]\ndepth_mm = 40\nlinear_mm = [0.5, 38, 1]");
     let beams = ShownBeams::Linear {
         from_mm: 0.5,
@@ -216,6 +218,8 @@ fn images_of_the_peer_say_how_they_are_turned_and_all_of_their_beams_or_nothing(
             "orientation = \"MF\"\ndepth_mm = 4000\nlinear_mm = [0, 9, 0]",
             "localizer.images.depth_mm",
         ),
+        ("orientation = \"MF\"\nlatest_ms = 2001", "localizer.images.latest_ms"),
+        ("orientation = \"MF\"\nlatest_ms = nan", "localizer.images.latest_ms"),
         (both.as_str(), "two arrays"),
         (
             "orientation = \"MN\"\ndepth_mm = 40\nlinear_mm = [0, 9, 0]",

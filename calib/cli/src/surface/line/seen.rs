@@ -48,6 +48,7 @@ pub(super) fn look(path: &Path, shape: &Shape, with_picture: bool) -> Result<See
             // Sequences are read in the orientation MF alone.
             orientation: None,
             is_stamped: true,
+            late_ns: 0,
             line: match line.reason() {
                 None => Ok(line),
                 Some(why) => Err(why),

@@ -16,6 +16,11 @@ const MOST_LATE_MM: f64 = 0.2;
 /// Points that a file has at most.
 const MOST_ROWS: usize = 10_000;
 
+/// How late the first images of a sweep came is told by so many of them, and of the others by as many: single ones may be late.
+const TOGETHER: usize = 9;
+/// The least of that may differ by this: at 10 mm/s a point is off by 0.2 mm, ns.
+const MOST_OTHER_NS: i64 = 20_000_000;
+
 /// How images become points.
 pub(in super::super) struct Sounding<'a> {
     pub(in super::super) probe: &'a Calibrated,
@@ -118,8 +123,9 @@ impl Sounding<'_> {
         };
         let (mut rows, mut refused) = (Vec::new(), None);
         let mut first = None;
-        for image in &heard.images {
-            if let Err(why) = self.check(image, first.unwrap_or(image)) {
+        let steady = steady(&heard.images);
+        for (image, steady) in heard.images.iter().zip(steady) {
+            if let Err(why) = self.check(image, first.unwrap_or(image)).and(steady) {
                 refuse(&mut refused, image.seq, why, heard.images.len());
                 continue;
             }
@@ -194,6 +200,34 @@ impl Sounding<'_> {
     }
 }
 
+/// Whether each image kept to the clock that the first ones of the sweep had, against that of the poses. A lag that was found before holds for a
+/// constant offset alone, and by hindsight also a step is seen that was not yet known when its first images came.
+fn steady(images: &[Looked]) -> Vec<Result<(), SurfaceCommandError>> {
+    let stamped: Vec<&Looked> = images.iter().filter(|image| image.is_stamped).collect();
+    let least = |from: usize| stamped[from..].iter().take(TOGETHER).map(|image| image.late_ns).min();
+    let first_ns = least(0).unwrap_or(0);
+    let mut next = 0;
+    images
+        .iter()
+        .map(|image| {
+            // What is not stamped is refused as that.
+            let by_ns = if image.is_stamped {
+                least(next).unwrap_or(0).saturating_sub(first_ns)
+            } else {
+                0
+            };
+            next += usize::from(image.is_stamped);
+            match by_ns.saturating_abs() <= MOST_OTHER_NS {
+                true => Ok(()),
+                false => Err(SurfaceCommandError::OtherLateness {
+                    seq: image.seq,
+                    by_ms: bus::clock::ms(by_ns),
+                }),
+            }
+        })
+        .collect()
+}
+
 /// The marker at the time of an image.
 struct Posed {
     pose: Uncertain<Tracker, Marker>,
@@ -255,6 +289,7 @@ mod tests {
             shape: Ok(Shape::new([200, 300], [pixel_mm; 2], beams, depth_mm).unwrap()),
             orientation: None,
             is_stamped: true,
+            late_ns: 60_000_000,
             line: Err("nothing".to_owned()),
         }
     }
@@ -384,5 +419,50 @@ mod tests {
         let most: Vec<u64> = (5..20).collect();
         let few = taken(&most);
         assert!(few.count == 15 && few.refused.unwrap().is_most());
+    }
+
+    /// A clock that was set in a sweep gave images of both sides of the step, of which one lag cannot be true.
+    #[test]
+    fn images_after_a_step_of_their_clock_are_left_out_from_the_first_on_and_late_ones_are_not() {
+        const MS: i64 = 1_000_000;
+        let at = |set_ms: i64, is_late: fn(usize) -> bool| -> Vec<bool> {
+            let one = |k: usize| Looked {
+                seq: k as u64,
+                late_ns: (60 + if k >= 40 { set_ms } else { 0 } + if is_late(k) { 90 } else { 0 }) * MS,
+                ..looked(30.0, 0.1)
+            };
+            let images: Vec<Looked> = (0..100).map(one).collect();
+            steady(&images).iter().map(Result::is_ok).collect()
+        };
+        let never: fn(usize) -> bool = |_| false;
+        for set_ms in [-21, 21, 300] {
+            let kept = at(set_ms, never);
+            // Of images that came earlier the eight before are not told apart from those.
+            let from = if set_ms < 0 { 32 } else { 40 };
+            assert!(
+                kept[..from].iter().all(|kept| *kept) && !kept[from..].contains(&true),
+                "{set_ms}"
+            );
+        }
+        assert!(!at(-20, never).contains(&false) && !at(20, never).contains(&false));
+        assert!(!at(0, |k| k % 9 != 0).contains(&false), "a network that is busy");
+        assert_eq!(
+            at(0, |k| k == 99).iter().filter(|kept| !**kept).count(),
+            1,
+            "nothing vouches for the last"
+        );
+        // A step that the localizer found, and what it does not know in between.
+        let mut images = vec![looked(30.0, 0.1); 40];
+        images[20..30].iter_mut().for_each(|image| image.is_stamped = false);
+        images[30..].iter_mut().for_each(|image| image.late_ns = 100 * MS);
+        let words: Vec<String> = steady(&images)
+            .iter()
+            .filter_map(|one| one.as_ref().err().map(ToString::to_string))
+            .collect();
+        assert_eq!(words.len(), 10);
+        assert!(
+            words[0].contains("came 40 ms later") && words[0].contains("the clock of the images was set"),
+            "{words:?}"
+        );
     }
 }
