@@ -15,8 +15,8 @@ pub(super) const MOST_BYTES: u64 = (UsImageHeader::MOST_PIXELS as u64) + (128 <<
 /// Pixels of a message that differ by more than this share from the scene's were made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
 
-/// A stamp further back than this is of a clock that was set, and not of an image that came late or stands still, ns.
-const SET_BACK_NS: u64 = 1_000_000_000;
+/// Stamps that are not newer, but go on for so long, are of a clock that was set back: none of a picture that stands still, or came late, does, ns.
+const SET_BACK_NS: i64 = 2_000_000_000;
 
 /// An image with what it is of; numbers and times of the run are still to be filled in.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,8 +55,10 @@ pub(super) enum ImageError {
     NoPixels,
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    #[error("its stamp is that of the image before, or an earlier one")]
+    #[error("its stamp is that of the image before, or an earlier one: a frozen picture, or one that comes too late")]
     NotNewer,
+    #[error("it is the image before once more, byte for byte: is the scanner frozen?")]
+    Frozen,
 }
 
 /// The images that the scene asks for.
@@ -65,7 +67,38 @@ pub(super) struct Images {
     spec: ImagesSpec,
     /// On the wire.
     name: Vec<u8>,
-    last: Stamp,
+    order: Order,
+    /// The grey values of the last one; nothing before the first.
+    last: Vec<u8>,
+}
+
+/// The order of stamps.
+#[derive(Debug, Clone, Copy, Default)]
+struct Order {
+    newest: Option<Stamp>,
+    /// Of stamps that are not newer, and go on: when the first of them came, ns, and the last of them.
+    behind: Option<(i64, Stamp)>,
+}
+
+impl Order {
+    /// Whether an image is newer than all before, or else of a clock that was set back.
+    fn takes(&mut self, stamp: Stamp, now_ns: i64) -> bool {
+        let behind = std::mem::take(&mut self.behind);
+        if self.newest.is_none_or(|newest| stamp > newest) {
+            self.newest = Some(stamp);
+            return true;
+        }
+        let since_ns = match behind {
+            Some((since_ns, last)) if stamp > last => since_ns,
+            _ => now_ns,
+        };
+        if now_ns.saturating_sub(since_ns) >= SET_BACK_NS {
+            self.newest = Some(stamp);
+            return true;
+        }
+        self.behind = Some((since_ns, stamp));
+        false
+    }
 }
 
 impl Images {
@@ -73,13 +106,14 @@ impl Images {
         Self {
             name: names::cut(&spec.name),
             spec: spec.clone(),
-            last: Stamp::NONE,
+            order: Order::default(),
+            last: Vec::new(),
         }
     }
 
     /// Another connection: its stamps may begin anew.
     pub(super) fn forget(&mut self) {
-        self.last = Stamp::NONE;
+        self.order = Order::default();
     }
 
     /// The image of a message; `None` where it has another name than the scene's.
@@ -95,11 +129,17 @@ impl Images {
     fn picture(&mut self, message: &Message<'_>, image: &Image<'_>, now_ns: i64) -> Result<Picture, ImageError> {
         let header = self.header(image)?;
         // A peer that sends a frozen picture again packs it with the stamp that it had.
-        let is_back = message.stamp <= self.last && self.last.ns() - message.stamp.ns() <= SET_BACK_NS;
-        if message.stamp != Stamp::NONE && is_back {
+        if message.stamp != Stamp::NONE && !self.order.takes(message.stamp, now_ns) {
             return Err(ImageError::NotNewer);
         }
-        self.last = message.stamp;
+        // One that stamps what it grabs of a frozen screen gives it a new one, but speckle and noise never come twice. Where all is of one
+        // value, as of a probe in the air, there are none, and no bone.
+        let is_same = *image.voxels == self.last[..] && image.voxels.windows(2).any(|pair| pair[0] != pair[1]);
+        if is_same {
+            return Err(ImageError::Frozen);
+        }
+        self.last.clear();
+        self.last.extend_from_slice(&image.voxels);
         Ok(Picture {
             device_ns: stamp_ns(message.stamp),
             arrival_ns: now_ns,
@@ -231,10 +271,14 @@ mod tests {
     }
 
     fn taken(images: &mut Images, image: &Image<'static>, stamp: Stamp) -> Result<Picture, ImageError> {
+        taken_at(images, image, stamp, 7)
+    }
+
+    fn taken_at(images: &mut Images, image: &Image<'static>, stamp: Stamp, now_ns: i64) -> Result<Picture, ImageError> {
         let name = DeviceName::new("UltrasoundImageOfThe").unwrap();
         let mut message = Message::new(name, Body::Image(image.clone()));
         message.stamp = stamp;
-        images.take(&message, image, 7).unwrap()
+        images.take(&message, image, now_ns).unwrap()
     }
 
     #[test]
@@ -248,17 +292,60 @@ mod tests {
         assert_eq!(picture.header.orientation().as_deref(), Some("MF"));
         let shape = picture.header.shape().unwrap();
         assert_eq!((shape.columns(), shape.rows(), shape.pixel_mm()), (32, 40, [0.1, 0.2]));
-        // The same stamp once more, and an earlier one: frozen, or out of order.
-        assert_eq!(taken(&mut images, &one, stamp), Err(ImageError::NotNewer));
-        let earlier = Stamp::of_ns(1_789_999_999_000_000_000).unwrap();
-        assert_eq!(taken(&mut images, &one, earlier), Err(ImageError::NotNewer));
-        // A clock that was set back, or one stamp of nonsense: images go on, and their time is for the law to judge.
-        let ahead = Stamp::of_ns(1_890_000_000_000_000_000).unwrap();
-        assert!(taken(&mut images, &one, ahead).is_ok() && taken(&mut images, &one, stamp).is_ok());
-        images.forget();
-        assert!(taken(&mut images, &one, earlier).is_ok());
         let other = Message::new(DeviceName::new("Image").unwrap(), Body::Image(one.clone()));
         assert!(images.take(&other, &one, 7).is_none());
+    }
+
+    /// An image that says its number.
+    fn numbered(number: u8) -> Image<'static> {
+        let mut image = image([32, 40, 1], [1.0, 1.0]);
+        image.voxels.to_mut()[0] = number;
+        image
+    }
+
+    /// A picture that stood still for one to two seconds and was sent again was a new one.
+    #[test]
+    fn a_stamp_that_is_not_newer_is_refused_however_old_until_a_clock_that_was_set_back_is_seen_to_go_on() {
+        const MS: i64 = 1_000_000;
+        let at = |ms: i64| Stamp::of_ns((1_790_000_000_000 + ms).unsigned_abs() * 1_000_000).unwrap();
+        for back_ms in [0, 1, 900, 1000, 1100, 1500, 1999, 3000, 3_600_000] {
+            let mut images = Images::new(&spec());
+            assert!(taken(&mut images, &numbered(0), at(0)).is_ok());
+            // Sent again and again, for a minute: packed once, so that it has the stamp that it had.
+            for k in 1..1500 {
+                let again = taken_at(&mut images, &numbered(k as u8), at(-back_ms), k * 40 * MS);
+                assert_eq!(again, Err(ImageError::NotNewer), "{back_ms} {k}");
+            }
+            assert!(taken(&mut images, &numbered(1), at(60_000)).is_ok());
+        }
+        // A clock that was set back, or one stamp of nonsense: images go on after 2 s, and their time is for the law to judge.
+        let mut images = Images::new(&spec());
+        assert!(taken(&mut images, &numbered(255), at(3_000_000_000)).is_ok());
+        let found = (0..100).find(|k| taken_at(&mut images, &numbered(*k as u8), at(k * 40), k * 40 * MS).is_ok());
+        assert_eq!(found, Some(50));
+        assert!(taken(&mut images, &numbered(200), at(51 * 40)).is_ok());
+        // Another connection begins anew.
+        images.forget();
+        assert!(taken(&mut images, &numbered(201), at(0)).is_ok());
+    }
+
+    /// A frozen screen that is grabbed again has a new stamp.
+    #[test]
+    fn an_image_that_is_the_one_before_byte_for_byte_is_frozen_unless_it_shows_nothing() {
+        let at = |k: u64| Stamp::of_ns(1_790_000_000_000_000_000 + k * 40_000_000).unwrap();
+        let mut images = Images::new(&spec());
+        assert!(taken(&mut images, &numbered(0), at(0)).is_ok());
+        assert_eq!(taken(&mut images, &numbered(0), at(1)), Err(ImageError::Frozen));
+        assert_eq!(taken(&mut images, &numbered(0), Stamp::NONE), Err(ImageError::Frozen));
+        images.forget();
+        assert_eq!(taken(&mut images, &numbered(0), at(2)), Err(ImageError::Frozen));
+        assert!(taken(&mut images, &numbered(1), at(3)).is_ok());
+        assert!(taken(&mut images, &numbered(0), at(4)).is_ok());
+        let black = Image {
+            voxels: Cow::Owned(vec![0; 32 * 40]),
+            ..numbered(0)
+        };
+        assert!((5..8).all(|k| taken(&mut images, &black, at(k)).is_ok()));
     }
 
     #[test]
