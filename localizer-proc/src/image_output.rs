@@ -59,9 +59,8 @@ impl ImageOutput {
 
     fn send(&mut self, picture: &Picture, time: ImageTime, process: &Process) -> Result<(), BusError> {
         let pixels = picture.grey.len();
-        if self.open.as_ref().is_none_or(|open| open.room < pixels) {
-            // By doubling, so that images that grow and grow open the topic a few times alone. One publisher at a time.
-            let room = pixels.next_power_of_two();
+        if let Some(room) = room(self.open.as_ref().map(|open| open.room), pixels) {
+            // One publisher at a time.
             self.open = None;
             self.open = Some(Open {
                 publisher: UsImagePublisher::open(&process.bus, room)?,
@@ -116,5 +115,36 @@ impl ImageOutput {
                 format!("images stamped {late_ms:.0} ms late, one clock by the scene{set}")
             }
         }
+    }
+}
+
+/// How many pixels the topic is to be opened with, if anew: those of the first image, as a scanner keeps its size; by doubling where images
+/// grow and grow, so that it is opened a few times alone.
+fn room(had: Option<usize>, pixels: usize) -> Option<usize> {
+    match had {
+        None => Some(pixels),
+        Some(had) if had < pixels => Some(pixels.max(2 * had).min(UsImageHeader::MOST_PIXELS)),
+        Some(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An image one pixel above a power of two had room for nearly two, 43 times.
+    #[test]
+    fn the_topic_has_room_for_the_images_that_come() {
+        let most = UsImageHeader::MOST_PIXELS;
+        assert_eq!(room(None, 640 * 480), Some(640 * 480));
+        assert_eq!((room(Some(300), 300), room(Some(300), 1)), (None, None));
+        assert_eq!((room(Some(300), 301), room(Some(300), 601)), (Some(600), Some(601)));
+        assert_eq!((room(None, most), room(Some(most - 1), most)), (Some(most), Some(most)));
+        // Images that grow by a pixel, from the smallest to the largest.
+        let mut opened = Vec::new();
+        for pixels in 256..=most {
+            opened.extend(room(opened.last().copied(), pixels));
+        }
+        assert_eq!(opened.len(), 15);
     }
 }

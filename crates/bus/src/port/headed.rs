@@ -67,6 +67,8 @@ impl<H: Message + Default, T: Value> HeadedPublisher<H, T> {
             let port = service(bus, topic)?
                 .publisher_builder()
                 .initial_max_slice_len(most)
+                // What is taken is sent before the next is.
+                .max_loaned_samples(1)
                 .create()
                 .map_err(open_error(topic.name, "publish"))?;
             Ok(Self {

@@ -110,4 +110,45 @@ mod tests {
         drop((late, subscriber, publisher, bus));
         run.sweep();
     }
+
+    /// What lies in shared memory of the run's segments, bytes.
+    fn in_memory(run: &RunContext) -> u64 {
+        use std::os::unix::fs::MetadataExt as _;
+        let files = std::fs::read_dir("/dev/shm").unwrap().map(Result::unwrap);
+        let own = files.filter(|file| file.file_name().to_string_lossy().starts_with(&run.prefix()));
+        own.map(|file| file.metadata().map_or(0, |data| data.blocks() * 512))
+            .sum()
+    }
+
+    /// A segment is as long as all readers together may ever hold, 42 images; in memory is only what was written.
+    #[test]
+    fn images_take_the_memory_of_those_that_readers_hold_and_no_more() {
+        let folder = tempfile::Builder::new().prefix("tc").tempdir_in("/tmp").unwrap();
+        let run = RunContext::new(folder.path(), monotonic_ns()).unwrap();
+        let bus = Bus::join(&run).unwrap();
+        let pixels = UsImageHeader::MOST_PIXELS as u64;
+        let header = UsImageHeader {
+            width: 2048,
+            height: 2048,
+            ..UsImageHeader::default()
+        };
+        let grey = vec![1; UsImageHeader::MOST_PIXELS];
+        let publisher = UsImagePublisher::open(&bus, grey.len()).unwrap();
+        let empty = in_memory(&run);
+        let send = |count: usize| (0..count).for_each(|_| publisher.send(header, &grey).unwrap());
+        send(1);
+        let one = in_memory(&run) - empty;
+        assert!(one >= pixels && one < pixels + (1 << 20), "{one}");
+        // The last for late joiners, and the next.
+        send(50);
+        let two = in_memory(&run) - empty;
+        assert!(two < 2 * pixels + (1 << 20), "{two}");
+        // A reader that takes none: its buffer of 8, that, and one more.
+        let subscriber = UsImageSubscriber::open(&bus).unwrap();
+        send(50);
+        let all = in_memory(&run) - empty;
+        assert!(all < 10 * pixels + (1 << 20), "{all}");
+        drop((subscriber, publisher, bus));
+        run.sweep();
+    }
 }
