@@ -7,6 +7,7 @@ use std::path::Path;
 
 use bus::run::{RunContext, run_dir, shm_free_bytes};
 use scene::Scene;
+use scene::localizer::LocalizerSpec;
 use scene::raw::Source;
 
 use crate::plan::{Poses, add_gateway, add_steps, plan};
@@ -89,6 +90,11 @@ fn lines(source: &Source, scene: &Scene) -> Vec<String> {
     }
     for target in &scene.targets {
         lines.push(format!("target {:<20} {}", target.name, target.centre.in_words(1)));
+    }
+    if let Some(why) = scene.localizer.as_ref().and_then(LocalizerSpec::why_no_sweep) {
+        lines.push(format!(
+            "warning: `pilot calibrate sweep` refuses the images of this scene: {why}"
+        ));
     }
     for view in &scene.views {
         let shorter = view.size[0].min(view.size[1]);

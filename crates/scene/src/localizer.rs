@@ -155,6 +155,27 @@ pub struct LocalizerSpec {
     pub least_delay: Duration,
 }
 
+impl LocalizerSpec {
+    /// Why no sweep takes the images that the scene asks for, with the key to change; `None` where one may, or none are asked for.
+    pub fn why_no_sweep(&self) -> Option<&'static str> {
+        let LinkSpec::OpenIgtLink(OpenIgtLinkSpec {
+            images: Some(images), ..
+        }) = &self.link
+        else {
+            return None;
+        };
+        match (self.clock, images.shown) {
+            (StampRule::Arrival, _) => Some(
+                "images are timed by their arrival (localizer.clock = \"arrival\"), which is late by no one number: write clock = \"mapped\"",
+            ),
+            (StampRule::Mapped, None) => Some(
+                "nothing says where beams run in an image: write localizer.images.depth_mm, and linear_mm or convex",
+            ),
+            (StampRule::Mapped, Some(_)) => None,
+        }
+    }
+}
+
 /// What is spoken.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkSpec {

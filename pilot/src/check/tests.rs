@@ -48,6 +48,24 @@ fn every_fault_is_listed_and_small_images_are_noted() {
     assert_eq!(notes.count(), 1, "{:?}", checked.lines);
 }
 
+/// A scene whose images no sweep takes was found good, and the sweep said so at its end.
+#[test]
+fn images_that_no_sweep_takes_are_warned_of() {
+    let warnings = |clock: &str, beams: &str| -> Vec<String> {
+        let text = format!(
+            "[volume]\nspacing_mm = 6.0\n[tracker]\nsource = \"markers\"\n[tracker.markers]\nnoise_mm = 0.1\n[localizer]\nkind = \"openigtlink\"\n\
+             address = \"a:1\"\nclock = \"{clock}\"\n[localizer.images]\nname = \"Image\"\norientation = \"MF\"\n{beams}"
+        );
+        let all = checked(&text).lines.into_iter();
+        all.filter(|line| line.starts_with("warning: `pilot calibrate sweep`"))
+            .collect()
+    };
+    let beams = "depth_mm = 9\nlinear_mm = [0, 6.3, 0]\n";
+    assert_eq!(warnings("mapped", beams), Vec::<String>::new());
+    assert!(matches!(&warnings("arrival", beams)[..], [one] if one.contains("clock = \"mapped\"")));
+    assert!(matches!(&warnings("mapped", "")[..], [one] if one.contains("localizer.images.depth_mm")));
+}
+
 #[test]
 fn an_examination_that_is_a_device_is_not_opened() {
     let faults = checked("[volume]\nsource = \"/dev/zero\"").faults;

@@ -130,6 +130,8 @@ pub(crate) enum SurfaceCommandError {
         "the probe {path} has no lag of its images behind the poses: find it (calib lag, or calib probe with --lag-ms) and say --lag-ms LAG,DEVIATION"
     )]
     NoLag { path: PathBuf },
+    #[error("no sweep takes the images of this run's scene: {0}")]
+    NoSweep(&'static str),
     #[error("in {seconds} s no image of an ultrasound probe came: does the run have one?")]
     NoImages { seconds: f64 },
     #[error(transparent)]

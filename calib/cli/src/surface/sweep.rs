@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use geometry::{Marker, Tool, Uncertain};
+use scene::localizer::LocalizerSpec;
 
 use super::bone::Bone;
 use super::bone_args::{BoneArgs, ct_of, from_zero};
@@ -171,6 +172,11 @@ impl SweepArgs {
             frame,
         };
         if probe.is_some() {
+            let localizer = run.scened.scene.localizer.as_ref();
+            // Told before the sweep and not after it.
+            if let Some(why) = localizer.and_then(LocalizerSpec::why_no_sweep) {
+                return Err(SurfaceCommandError::NoSweep(why).into());
+            }
             run.hear_images()?;
         }
         let seconds = self.live.seconds_or(SWEEP_S);
