@@ -12,6 +12,9 @@ use crate::openigtlink::Picture;
 /// After so long without an image it is said that none comes, ns.
 const ABSENT_NS: i64 = 2_000_000_000;
 
+/// So long each image is tried anew where the one before could not be published, ns. A try takes no time that poses would wait for.
+const TRIED_NS: i64 = 2_000_000_000;
+
 /// Where images go. The topic is opened with the first one, whose size is not known before.
 #[derive(Debug, Default)]
 pub(crate) struct ImageOutput {
@@ -23,7 +26,9 @@ pub(crate) struct ImageOutput {
     last: Option<(ImageTime, i64)>,
     /// How often their clock was set.
     set: u32,
-    /// They could not be published. It is not tried again: a try that fails takes seconds, in which no pose is read.
+    /// Since when they could not be published, ns: the place of a process that died is freed after a moment.
+    failing: Option<i64>,
+    /// They could not be for [`TRIED_NS`], and it is not tried again.
     has_failed: bool,
 }
 
@@ -49,9 +54,17 @@ impl ImageOutput {
             process.counters.refused += 1;
             return None;
         }
-        let why = self.send(picture, time, process).err()?;
+        let Err(why) = self.send(picture, time, process) else {
+            self.failing = None;
+            return None;
+        };
         process.counters.refused += 1;
-        self.has_failed = true;
+        let now_ns = process.clock().now_ns();
+        let since_ns = *self.failing.get_or_insert(now_ns);
+        self.has_failed = now_ns.saturating_sub(since_ns) >= TRIED_NS;
+        if !self.has_failed {
+            return None;
+        }
         Some(format!(
             "ultrasound images are not published any more (pilot restart localizer tries again): {why}"
         ))
@@ -63,7 +76,7 @@ impl ImageOutput {
             // One publisher at a time.
             self.open = None;
             self.open = Some(Open {
-                publisher: UsImagePublisher::open(&process.bus, room)?,
+                publisher: UsImagePublisher::open_once(&process.bus, room)?,
                 room,
             });
         }
@@ -95,6 +108,9 @@ impl ImageOutput {
     pub(crate) fn words(&self, now_ns: i64) -> String {
         if self.has_failed {
             return "images not published".to_owned();
+        }
+        if self.failing.is_some() {
+            return "images not published yet".to_owned();
         }
         let Some((time, at_ns)) = self
             .last

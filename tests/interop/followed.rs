@@ -363,6 +363,9 @@ fn images_that_the_scene_does_not_ask_for_are_told_and_leave_the_poses_alone() {
     assert!(pilot.stop().success());
 }
 
+/// So many of the 200 poses that are sent while images are tried come meanwhile: half a second of them, where a machine is slow.
+const POSES_MEANWHILE: usize = 50;
+
 /// Another program that publishes images ended the process that brings the poses.
 #[test]
 fn images_that_cannot_be_published_are_told_and_leave_the_poses_alone() {
@@ -374,7 +377,27 @@ fn images_that_cannot_be_published_are_told_and_leave_the_poses_alone() {
     let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
     let other = bus::port::UsImagePublisher::open(&bus, 16).unwrap();
     network.set(Fault::None);
-    until(&watch, "poses", 60, is_whole);
+    // While it is tried for 2 s, poses go on: 200 were sent, and of those that came before it is given up none is missing.
+    let (mut numbers, mut before) = (Vec::new(), 0);
+    wait_for("the end of the tries and poses after it", || {
+        if before == 0
+            && watch
+                .told()
+                .iter()
+                .any(|words| words.contains("not published any more"))
+        {
+            before = numbers.len();
+            assert!(before >= POSES_MEANWHILE, "{before} poses before images were given up");
+        }
+        for frame in watch.come() {
+            check(&frame);
+            let number = patient(&frame).map(|pose| (pose.translation_mm()[1] * 1024.0) as u64);
+            numbers.extend(number);
+        }
+        (before > 0 && numbers.len() >= before + 60).then_some(())
+    });
+    let lost: u64 = numbers.windows(2).map(|pair| (pair[1] + 3999 - pair[0]) % 4000).sum();
+    assert_eq!(lost, 0, "{numbers:?}");
     status_says(&pilot, "images not published");
     drop(other);
     assert!(pilot.stop().success());

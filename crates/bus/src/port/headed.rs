@@ -63,19 +63,25 @@ impl<H: Message + Default, T: Value> HeadedPublisher<H, T> {
     /// # Errors
     /// [`BusError::Open`], also where another process publishes already.
     pub fn open(bus: &Bus, topic: &Topic, most: usize) -> Result<Self, BusError> {
-        patiently(bus, || {
-            let port = service(bus, topic)?
-                .publisher_builder()
-                .initial_max_slice_len(most)
-                // What is taken is sent before the next is.
-                .max_loaned_samples(1)
-                .create()
-                .map_err(open_error(topic.name, "publish"))?;
-            Ok(Self {
-                port,
-                notifier: notifier(bus, topic, topic.name)?,
-                topic: topic.name,
-            })
+        patiently(bus, || Self::open_once(bus, topic, most))
+    }
+
+    /// The same without patience: who may not wait tries again later.
+    ///
+    /// # Errors
+    /// [`BusError::Open`], also for a moment while a dead process's place is being freed.
+    pub fn open_once(bus: &Bus, topic: &Topic, most: usize) -> Result<Self, BusError> {
+        let port = service(bus, topic)?
+            .publisher_builder()
+            .initial_max_slice_len(most)
+            // What is taken is sent before the next is.
+            .max_loaned_samples(1)
+            .create()
+            .map_err(open_error(topic.name, "publish"))?;
+        Ok(Self {
+            port,
+            notifier: notifier(bus, topic, topic.name)?,
+            topic: topic.name,
         })
     }
 

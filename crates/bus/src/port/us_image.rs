@@ -18,6 +18,14 @@ impl UsImagePublisher {
         HeadedPublisher::open(bus, &US_IMAGE, pixels.min(UsImageHeader::MOST_PIXELS)).map(Self)
     }
 
+    /// The same without patience: who may not wait tries again later.
+    ///
+    /// # Errors
+    /// [`BusError::Open`], also for a moment while a dead process's place is being freed.
+    pub fn open_once(bus: &Bus, pixels: usize) -> Result<Self, BusError> {
+        HeadedPublisher::open_once(bus, &US_IMAGE, pixels.min(UsImageHeader::MOST_PIXELS)).map(Self)
+    }
+
     /// Publishes an image; `grey` holds `width * height` bytes.
     ///
     /// # Errors
