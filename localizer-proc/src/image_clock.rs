@@ -161,13 +161,16 @@ impl ImageLaw {
 mod tests {
     use super::*;
 
+    /// Arrivals, ns, and what was said of each image.
+    type Said = Vec<(i64, Result<(), Untimed>)>;
+
     const MS: i64 = 1_000_000;
     /// 25 a second.
     const EVERY_NS: i64 = 40 * MS;
 
     /// Images that arrive 60 ms after their time and up to 50 ms later, whose clock is set by `by_ms` (an image each `every_ns`) at `at_s`:
     /// what was said of each, with its arrival, and the steps.
-    fn set(by_ms: i64, at_s: i64, to_s: i64, every_ns: i64) -> (Vec<(i64, Result<(), Untimed>)>, Vec<i64>) {
+    fn set(by_ms: i64, at_s: i64, to_s: i64, every_ns: i64) -> (Said, Vec<i64>) {
         let (mut law, mut said, mut steps) = (ImageLaw::new(300 * MS), Vec::new(), Vec::new());
         for i in 0..to_s * 1_000 * MS / every_ns {
             let arrival_ns = i * every_ns;
