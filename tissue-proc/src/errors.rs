@@ -79,7 +79,7 @@ impl Errors {
         let is_near =
             |known: &Known| known.at_rest == is_at_rest(live) && live.frames.way_to(&known.pose) <= MOST_WAY_MM;
         if !is_settled || !self.known.as_ref().is_some_and(is_near) {
-            (self.known, self.since) = (None, 0);
+            self.forget();
         }
         let Some(known) = &self.known else { return header };
         TissueHeader {
@@ -89,6 +89,11 @@ impl Errors {
             errors: known.errors,
             ..header
         }
+    }
+
+    /// What was found says nothing of what comes.
+    pub(crate) fn forget(&mut self) {
+        (self.known, self.since) = (None, 0);
     }
 
     /// Finds the errors of the state that was just told, where it is settled and its turn: by numbers of states, never by a clock.
