@@ -20,6 +20,8 @@ fn main() -> std::process::ExitCode {
                 scene: found.scene,
                 volume_hash: found.volume_hash,
                 pose: found.pose,
+                behind_s: found.behind_s,
+                standstill_judged: found.standstill_judged,
                 guide: found.guide,
                 tissue,
             })

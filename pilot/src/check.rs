@@ -2,6 +2,7 @@
 
 mod files;
 mod place;
+mod targets;
 
 use std::path::Path;
 
@@ -30,6 +31,7 @@ pub(crate) struct Checked {
 /// Looks at everything that a scene names.
 pub(crate) fn check(source: &Source, scene: &Scene) -> Checked {
     let mut faults = files::faults(source, scene);
+    faults.extend(targets::faults(scene));
     let examination = Examination::of(source, scene);
     match &examination {
         Ok(examination) => {
@@ -49,7 +51,8 @@ pub(crate) fn check(source: &Source, scene: &Scene) -> Checked {
 /// What keeps a scene from working and is known without reading an examination.
 pub(crate) fn cheap_faults(source: &Source, scene: &Scene) -> Vec<String> {
     let generated = Examination::generated(source, scene).and_then(Result::ok);
-    generated.iter().flat_map(|it| place::faults(scene, it)).collect()
+    let outside = generated.iter().flat_map(|it| place::faults(scene, it));
+    targets::faults(scene).into_iter().chain(outside).collect()
 }
 
 /// Voxels take 2 bytes each. Where the system does not say how much is free, the loader finds out.

@@ -5,6 +5,7 @@ pub mod damage;
 pub(crate) mod file_records;
 pub mod info;
 pub(crate) mod lost;
+pub(crate) mod one_run;
 pub mod reader;
 pub mod scan;
 pub mod seek;

@@ -86,7 +86,8 @@ struct SnapshotArgs {
     /// scene says.
     #[arg(long, value_name = "FILE", requires_all = ["instant", "out"], conflicts_with_all = OF_NO_RECORDING)]
     recording: Option<PathBuf>,
-    /// The instant: a time from the first pose on, such as 9.4s; the first pose published then or later.
+    /// The instant: a time from the first pose on, such as 9.4s; the first pose published then or later, but not
+    /// later than that by more than `limits.lost_ms` of its scene. stderr says which it is.
     #[arg(long, value_name = "TIME", group = "instant", requires = "recording")]
     at: Option<String>,
     /// The instant: the number of a pose.

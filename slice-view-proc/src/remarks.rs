@@ -7,6 +7,9 @@ use geometry::{Ct, Rigid, Tool};
 /// How long a remark stands on the images, ns of the session's clock.
 const STANDS_NS: i64 = 10_000_000_000;
 
+/// Nobody knows for how long the measurement that is shown has stood still.
+pub(crate) const UNJUDGED: &str = "STANDSTILL NOT JUDGED";
+
 /// When something was last amiss, on the session's clock.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Remarks {
@@ -54,7 +57,7 @@ impl Remarks {
             (self.numbers_ns, "POSES ARE COUNTED ANEW"),
         ];
         let standing = remarks.into_iter().filter(|(at, _)| stands(*at));
-        let unjudged = self.unjudged.then_some("STANDSTILL NOT JUDGED");
+        let unjudged = self.unjudged.then_some(UNJUDGED);
         standing.map(|(_, words)| words).chain(unjudged).collect()
     }
 }

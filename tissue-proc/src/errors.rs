@@ -24,12 +24,37 @@ struct Place {
 /// What was found of a state is told of later ones until the tube has gone so far, mm: pushed farther, they would be larger.
 const MOST_WAY_MM: f64 = 2.0;
 
+/// Nor where the force on the tube, or the way of a target, has grown by more than this share: what is uncertain of them grows with them.
+const MOST_GROWTH: f64 = 0.25;
+/// A target's way may grow by so much besides, mm: images and words tell no less.
+const UNSEEN_MM: f64 = 0.01;
+
+/// How large a state is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Size {
+    /// On the tube, N.
+    force: f64,
+    /// Of the targets, mm.
+    ways: [f64; MOST_ERRORS],
+}
+
+impl Size {
+    /// Whether the errors of a state of this size are too small for one of `later`.
+    fn is_outgrown_by(&self, later: &Self) -> bool {
+        let most = |before: f64| before * (1.0 + MOST_GROWTH);
+        let ways = self.ways.iter().zip(&later.ways);
+        let mut far = ways.map(|(before, way)| *way > most(*before) + UNSEEN_MM);
+        later.force > most(self.force) || far.any(|is_far| is_far)
+    }
+}
+
 /// The errors of a state, and which that was.
 #[derive(Debug, Clone, Copy)]
 struct Known {
     /// Of the tube.
     pose: Isometry3<f64>,
     at_rest: bool,
+    size: Size,
     pose_seq: u64,
     t_capture_ns: i64,
     count: usize,
@@ -76,10 +101,18 @@ impl Errors {
     pub(crate) fn told(&mut self, header: TissueHeader, frame: Option<&Frame>, live: &Live) -> TissueHeader {
         let is_settled = frame.is_some_and(|frame| frame.state == State::Settled);
         // An organ at rest has no error of the model; one that has just been touched may not be told that.
-        let is_near =
-            |known: &Known| known.at_rest == is_at_rest(live) && live.frames.way_to(&known.pose) <= MOST_WAY_MM;
-        if !is_settled || !self.known.as_ref().is_some_and(is_near) {
-            (self.known, self.since) = (None, 0);
+        let is_near = |known: &Known, frame| {
+            known.at_rest == is_at_rest(live)
+                && live.frames.way_to(&known.pose) <= MOST_WAY_MM
+                && !known.size.is_outgrown_by(&self.size(frame, live))
+        };
+        let is_known = self
+            .known
+            .as_ref()
+            .zip(frame)
+            .is_some_and(|(known, frame)| is_near(known, frame));
+        if !is_settled || !is_known {
+            self.forget();
         }
         let Some(known) = &self.known else { return header };
         TissueHeader {
@@ -89,6 +122,20 @@ impl Errors {
             errors: known.errors,
             ..header
         }
+    }
+
+    fn size(&self, frame: &Frame, live: &Live) -> Size {
+        let mut ways = [0.0; MOST_ERRORS];
+        for (way, place) in ways.iter_mut().zip(&self.places) {
+            *way = organs::body::displacement(&place.row, live.frames.state()).norm();
+        }
+        let force = frame.force.force.norm();
+        Size { force, ways }
+    }
+
+    /// What was found says nothing of what comes.
+    pub(crate) fn forget(&mut self) {
+        (self.known, self.since) = (None, 0);
     }
 
     /// Finds the errors of the state that was just told, where it is settled and its turn: by numbers of states, never by a clock.
@@ -102,6 +149,7 @@ impl Errors {
             self.known = self.of(live).map(|errors| Known {
                 pose: *live.frames.tube().pose(),
                 at_rest: is_at_rest(live),
+                size: self.size(frame, live),
                 pose_seq: sample.seq,
                 t_capture_ns: sample.t_capture_ns,
                 count: self.places.len(),
@@ -141,4 +189,32 @@ impl Errors {
 /// Whether the organ is where the examination has it, to the bit.
 fn is_at_rest(live: &Live) -> bool {
     live.frames.state().iter().all(|u| *u == 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A push went 2 mm deeper, and its states were told the small errors of a touch.
+    #[test]
+    fn errors_of_a_shallower_push_are_not_told_of_a_deeper_one() {
+        let size = |force: f64, way: f64| {
+            let mut ways = [0.0; MOST_ERRORS];
+            ways[MOST_ERRORS - 1] = way;
+            Size { force, ways }
+        };
+        let known = size(0.4, 2.0);
+        for (later, outgrown) in [
+            (size(0.4, 2.0), false),
+            (size(0.49, 2.4), false),
+            (size(0.51, 2.0), true),
+            (size(0.4, 2.6), true),
+            // A push that goes back leaves the larger error.
+            (size(0.1, 0.3), false),
+        ] {
+            assert_eq!(known.is_outgrown_by(&later), outgrown, "{later:?}");
+        }
+        // Of a target that is hardly moved, rounding is no growth.
+        assert!(!size(0.4, 1e-9).is_outgrown_by(&size(0.4, 1e-6)));
+    }
 }

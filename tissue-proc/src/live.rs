@@ -15,7 +15,7 @@ pub(crate) enum Answer {
     State(Frame),
     /// There is none: see [`Refused`].
     Refused(Refused),
-    /// The tube lies in tissue, so far from where it was last that nobody knows how it came there.
+    /// The tube lies in tissue, and nobody knows how it came there: it was far off, its way was not seen, or poses rest on another registration.
     Unseen {
         /// From where it was, mm.
         way: f64,
@@ -28,7 +28,9 @@ impl Answer {
         match self {
             Self::State(_) => None,
             Self::Refused(why) => Some(why.to_string()),
-            Self::Unseen { way } => Some(format!("in tissue {way:.0} mm from where it was last, draw it back")),
+            Self::Unseen { way } => Some(format!(
+                "in tissue by a way that nobody saw, {way:.0} mm from where it was last, draw it back"
+            )),
         }
     }
 }
@@ -42,6 +44,8 @@ pub(crate) struct Live {
     radius: f64,
     /// Nobody knows how the tube came to where it is in tissue, or whether it does: until it is seen where it touches none.
     unseen: bool,
+    /// What the pose before rested on.
+    registration_id: Option<u64>,
 }
 
 /// The scene's tube in a frame of its own: the middle of its round tip is the origin, and the handle is along -z.
@@ -70,7 +74,17 @@ impl Live {
             ct_from_model,
             radius,
             unseen: true,
+            registration_id: None,
         }
+    }
+
+    /// Whether a pose rests on another registration or calibration than the one before it. What lies between the two is then no way of the tube
+    /// in the organ: until the tube touches none, nobody knows how it came to where it is.
+    pub(crate) fn is_of_another(&mut self, registration_id: u64) -> bool {
+        let before = self.registration_id.replace(registration_id);
+        let is_another = before.is_some_and(|before| before != registration_id);
+        self.unseen |= is_another;
+        is_another
     }
 
     /// The pose of the tube in the model's frame.

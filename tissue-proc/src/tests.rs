@@ -7,7 +7,7 @@ use scene::Scene;
 use simulation::space::frames::State;
 
 use crate::anatomy::{Anatomy, NoAnatomy, make};
-use crate::live::Answer;
+use crate::live::{Answer, Live};
 
 const ENTRY: [f64; 3] = [115.1, 86.3, 115.4];
 const NODE: [f64; 3] = [28.5, 2.6, 50.0];
@@ -55,6 +55,7 @@ fn an_organ_follows_the_tube_and_only_where_somebody_saw_how_it_came_there() {
     the_tube_lies_where_the_tool_does(&anatomy);
     let live = &mut anatomy.live;
     let begun = live.frames.state().to_vec();
+    assert!(!live.is_of_another(7));
     // Anywhere in the fat, from one sample to the next: the organ is at rest, to the bit.
     for left in [130.0, 90.0, 120.0, 82.0] {
         assert_eq!(state(live.answer(on_the_way(left, [0.0; 3]))), (State::Settled, 0.0));
@@ -89,9 +90,25 @@ fn an_organ_follows_the_tube_and_only_where_somebody_saw_how_it_came_there() {
         Answer::Refused(_) => {}
         Answer::Unseen { way } => panic!("{way}"),
     }
+    another_registration_is_no_way_of_the_tube(live);
     // And away from all: at rest again.
     assert_eq!(state(live.answer(on_the_way(130.0, [0.0; 3]))), (State::Settled, 0.0));
     assert_eq!(live.frames.state(), begun);
+}
+
+/// A registration that put the tip elsewhere in tissue was taken for the tube's way there, and its states were called settled.
+fn another_registration_is_no_way_of_the_tube(live: &mut Live) {
+    assert!(!live.is_of_another(7) && live.is_of_another(8));
+    for left in [70.0, 62.0] {
+        match live.answer(on_the_way(left, [0.0; 3])) {
+            Answer::Unseen { way } => assert!(way < 30.0, "{way}"),
+            other => panic!("{other:?}"),
+        }
+        assert!(!live.is_of_another(8));
+    }
+    // Drawn back, it has a way again.
+    assert_eq!(state(live.answer(on_the_way(82.0, [0.0; 3]))), (State::Settled, 0.0));
+    assert!(matches!(live.answer(on_the_way(81.5, [0.0; 3])), Answer::State(_)));
 }
 
 /// The pose of the simulation's tube, made of the tool's, has its foremost point and its direction; so do force and moment of a frame.

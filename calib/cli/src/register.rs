@@ -108,6 +108,9 @@ pub(crate) fn judge(
     let Some(scened) = scened else {
         return Ok((String::new(), None));
     };
+    if let Some(warning) = scened.unused_from(&file.from) {
+        bus::stderr_line!("calib: {warning}");
+    }
     file.gates = on_registration(file, scened)?;
     Ok((format!("\n{}", verdict_text(&file.gates)), broken(&file.gates)))
 }

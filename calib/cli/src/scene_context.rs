@@ -8,8 +8,8 @@ use bus::port::VolumeSubscriber;
 use bus::run::{RunContext, RunError, RunLock, run_dir};
 use clap::Args;
 use geometry::{Ct, Point};
+use scene::Scene;
 use scene::tracking::{CalibrationGates, RegistrationLink};
-use scene::{Scene, TrackerSource};
 
 use crate::live::LiveError;
 use crate::values::Name;
@@ -145,14 +145,21 @@ impl SceneContext {
 
     /// The frame that the patient is registered from: that of the marker on the patient, where the scene has one.
     pub(crate) fn registered_from(&self) -> &'static str {
-        let referenced = match &self.scene.tracker.source {
-            TrackerSource::OperatingRoom(room) => room.reference.is_some(),
-            TrackerSource::Emitters(spec) => spec.reference.is_some(),
-            TrackerSource::Markers(spec) => spec.markers.reference.is_some(),
-            TrackerSource::Sequence(spec) => spec.markers.reference.is_some(),
-            TrackerSource::Simulated(_) | TrackerSource::External => false,
-        };
-        if referenced { "reference" } else { "tracker" }
+        match self.scene.tracker.source.has_reference() {
+            true => "reference",
+            false => "tracker",
+        }
+    }
+
+    /// That the tracker of this scene will not use a registration from this frame, where it is so.
+    pub(crate) fn unused_from(&self, from: &str) -> Option<String> {
+        let expected = self.registered_from();
+        (from != expected).then(|| {
+            format!(
+                "WARNING: found a registration from {from}, expected one from {expected}: the tracker of {} will not use it",
+                self.of
+            )
+        })
     }
 
     /// The volume of the run; `None` without a run, or where it is not there yet.
@@ -189,5 +196,35 @@ impl SceneContext {
             Some(target) => Ok(Some(target.centre)),
             None => Ok(self.examined()?.map(|examined| examined.centre)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nobody was told before the tracker had it.
+    #[test]
+    fn a_registration_that_the_scene_will_not_use_is_warned_of() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("s.toml");
+        let of = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            let args = SceneArgs {
+                scene: Some(path.clone()),
+                live: None,
+            };
+            SceneContext::open(&args).unwrap().unwrap()
+        };
+        let room = "[tracker]\nsource = \"operating-room\"\n";
+        let plain = of(room);
+        assert!(plain.unused_from("tracker").is_none() && plain.unused_from("reference").is_some());
+        let marked = of(&format!("{room}[tracker.room.reference]\ncone_deg = 80.0\n"));
+        assert!(marked.unused_from("reference").is_none());
+        let said = marked.unused_from("tracker").unwrap();
+        assert!(
+            said.contains("found a registration from tracker, expected one from reference"),
+            "{said}"
+        );
     }
 }

@@ -135,6 +135,17 @@ pub enum TrackerSource {
 }
 
 impl TrackerSource {
+    /// Whether a marker on the patient is seen, from which the patient is registered.
+    pub fn has_reference(&self) -> bool {
+        match self {
+            Self::OperatingRoom(room) => room.reference.is_some(),
+            Self::Emitters(spec) => spec.reference.is_some(),
+            Self::Markers(spec) => spec.markers.reference.is_some(),
+            Self::Sequence(spec) => spec.markers.reference.is_some(),
+            Self::Simulated(_) | Self::External => false,
+        }
+    }
+
     /// Whether a tool at rest has the same numbers again and again, by what the scene says of the noise: a simulator without any, or
     /// a simulated localizer whose steps are so coarse that its noise drowns in them.
     pub fn is_noiseless(&self) -> bool {

@@ -12,7 +12,7 @@ const MOST_POINTS: usize = 32;
 /// The fewest points of a registration, and of a check.
 const FEWEST_POINTS: usize = 3;
 /// Two points that are nearer than this cannot be told apart with a pointer, mm.
-const APART_MM: f64 = 5.0;
+pub const APART_MM: f64 = 5.0;
 
 /// `[steps]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,15 @@
 //! The files that a scene names: whether they are there, are files, and can be read.
 
 use std::fs::{self, File};
+use std::io::Read;
 use std::path::Path;
 
 use scene::Scene;
 use scene::raw::Source;
+use serde::Deserialize;
+
+/// The tracker reads no longer one, bytes.
+const MAX_BYTES: u64 = 16 << 20;
 
 /// What is wrong with the files of a scene, each with the key that names it.
 pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
@@ -39,7 +44,42 @@ pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
         _ => false,
     };
     let named = named.filter(|(key, file)| !is_made(key) || file.exists());
-    named.filter_map(|(key, file)| fault(key, file)).collect()
+    let mut faults: Vec<String> = named.filter_map(|(key, file)| fault(key, file)).collect();
+    if !is_made("tracker.registration.file") {
+        faults.extend(from_another_frame(scene));
+    }
+    faults
+}
+
+/// A registration from another frame than that of the scene's marker on the patient, or of its localizer, is refused by the tracker. What is no
+/// registration at all is found there.
+fn from_another_frame(scene: &Scene) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Registration {
+        from: String,
+    }
+    let path = &scene.tracker.links.registration.as_ref()?.file.path;
+    // Opening a pipe would wait for its writer.
+    fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
+    let mut text = String::new();
+    let file = File::open(path).ok()?;
+    file.take(MAX_BYTES).read_to_string(&mut text).ok()?;
+    let from = serde_json::from_str::<Registration>(&text).ok()?.from;
+    let expected = match scene.tracker.source.has_reference() {
+        true => "reference",
+        false => "tracker",
+    };
+    (from != expected).then(|| {
+        format!(
+            "tracker.registration.file {}: found a registration from {:?}, expected one from {expected}: {}",
+            path.display(),
+            from.chars().take(64).collect::<String>(),
+            match expected {
+                "reference" => "the scene has a marker on the patient, whose motion would not be followed",
+                _ => "the scene has no marker on the patient",
+            }
+        )
+    })
 }
 
 fn fault(key: &str, path: &Path) -> Option<String> {

@@ -7,6 +7,7 @@ use bus::message::VolumeHeader;
 use geometry::{Ct, Point, VolumeGrid};
 use phantom::Phantom;
 use scene::raw::Source;
+use scene::steps::{KnownPoint, Registering};
 use scene::{Scene, TrackerSource};
 use serde::Deserialize;
 
@@ -114,10 +115,26 @@ fn is_whole(source: &Source) -> bool {
     source.scene.volume.region.is_none() && source.scene.volume.downsample == [1, 1, 1]
 }
 
-/// Targets and entries outside the examination: tube and words would point at nothing.
+/// Targets, entries and points to be touched outside the examination: tube and words would point at nothing.
 pub(super) fn faults(scene: &Scene, examination: &Examination) -> Vec<String> {
-    let targets = scene.targets.iter();
-    let targets = targets.map(|target| (format!("target {:?}", target.name), target.centre));
+    let targets = scene.targets.iter().flat_map(|target| {
+        let entry = target
+            .entry
+            .map(|entry| (format!("the entry of target {:?}", target.name), entry));
+        [Some((format!("target {:?}", target.name), target.centre)), entry]
+    });
+    let targets = targets.flatten();
+    let steps = scene.steps.iter().flat_map(|steps| {
+        let points = match &steps.register {
+            Some(Registering::Points(points)) => &points[..],
+            Some(Registering::Beads(_)) | None => &[],
+        };
+        let named = |table, points: &[KnownPoint]| -> Vec<(String, Point<Ct>)> {
+            let one = |point: &KnownPoint| (format!("{table}, {:?},", point.name), point.place);
+            points.iter().map(one).collect()
+        };
+        [named("steps.points", points), named("steps.check_points", &steps.check)].concat()
+    });
     let entry = match &scene.tracker.source {
         TrackerSource::Simulated(simulation) => simulation.approach.entry,
         _ => None,
@@ -128,5 +145,5 @@ pub(super) fn faults(scene: &Scene, examination: &Examination) -> Vec<String> {
         let place = at.in_words(1);
         Some(format!("{what} at {place} lies {mm:.1} mm outside the CT"))
     };
-    targets.chain(entry).filter_map(outside).collect()
+    targets.chain(entry).chain(steps).filter_map(outside).collect()
 }

@@ -26,6 +26,72 @@ fn what_lies_outside_the_ct_is_said_with_its_distance() {
     assert!(faults[1].contains("entry_ct_mm"), "{faults:?}");
 }
 
+const STEPS: &str = "[volume]\nspacing_mm = 6.0\n[tracker]\nsource = \"operating-room\"\n[tracker.calibration]\nfile = \"t.json\"\n\
+                     [tracker.registration]\nfile = \"r.json\"\n[steps]\ncalibrate = \"pivot\"\n";
+
+/// All of these were called good.
+#[test]
+fn points_to_be_touched_and_entries_outside_the_ct_are_said() {
+    let text = format!(
+        "{STEPS}points = [{{ name = \"a\", ct_mm = [20, 0, 0] }}, {{ name = \"b\", ct_mm = [60, 0, 0] }}, {{ name = \"c\", ct_mm = [0, 2000, 0] }}]\n\
+         check_points = [{{ name = \"d\", ct_mm = [20, 20, 0] }}, {{ name = \"e\", ct_mm = [3000, 0, 0] }}, {{ name = \"f\", ct_mm = [20, 0, 40] }}]\n\
+         [[targets]]\nname = \"t\"\nct_mm = [0, 0, 0]\nentry_ct_mm = [0, 0, 5000]\n"
+    );
+    let faults = checked(&text).faults;
+    let words = [
+        "the entry of target \"t\"",
+        "steps.points, \"c\",",
+        "steps.check_points, \"e\",",
+    ];
+    assert_eq!(faults.len(), words.len(), "{faults:?}");
+    for (fault, words) in faults.iter().zip(words) {
+        assert!(
+            fault.starts_with(words) && fault.ends_with("mm outside the CT"),
+            "{fault}"
+        );
+    }
+}
+
+/// A registration by points on a line is refused when they have all been touched.
+#[test]
+fn points_on_a_line_are_said() {
+    let faults = |off: f64| {
+        let text = format!(
+            "{STEPS}points = [{{ name = \"a\", ct_mm = [20, 0, 0] }}, {{ name = \"b\", ct_mm = [40, {off:?}, 0] }}, {{ name = \"c\", ct_mm = [60, 0, 0] }}]\n"
+        );
+        checked(&text).faults
+    };
+    let found = faults(4.9);
+    assert!(
+        found.len() == 1 && found[0].contains("the farthest is 4.9 mm off it"),
+        "{found:?}"
+    );
+    assert!(faults(0.0).len() == 1 && faults(5.1).is_empty());
+}
+
+/// The plan of such a target is refused while the run goes on.
+#[test]
+fn a_way_that_ends_before_it_begins_is_said() {
+    let faults = |entry: [f64; 3], stop: f64| {
+        let text = format!(
+            "[volume]\nspacing_mm = 6.0\n[[targets]]\nname = \"t\"\nct_mm = [0, 0, 0]\nentry_ct_mm = {entry:?}\nstop_mm = {stop:?}\n"
+        );
+        checked(&text).faults
+    };
+    for (entry, stop, words) in [
+        ([0.0; 3], 0.0, "it is 0.0 mm, and the tip is to stop 0.0 mm before"),
+        (
+            [60.0, 0.0, 0.0],
+            400.0,
+            "it is 60.0 mm, and the tip is to stop 400.0 mm before",
+        ),
+    ] {
+        let found = faults(entry, stop);
+        assert!(found.len() == 1 && found[0].contains(words), "{found:?}");
+    }
+    assert!(faults([60.0, 0.0, 0.0], 58.9).is_empty());
+}
+
 #[test]
 fn every_fault_is_listed_and_small_images_are_noted() {
     let text = "[volume]\nsource = \"/no/such/ct.nii\"\n[tracker]\nsource = \"sequence\"\n[tracker.sequence]\nfile = \"/no/a.mha\"\n\
@@ -64,6 +130,28 @@ fn images_that_no_sweep_takes_are_warned_of() {
     assert_eq!(warnings("mapped", beams), Vec::<String>::new());
     assert!(matches!(&warnings("arrival", beams)[..], [one] if one.contains("clock = \"mapped\"")));
     assert!(matches!(&warnings("mapped", "")[..], [one] if one.contains("localizer.images.depth_mm")));
+}
+
+/// It was called good, and the tracker used it without the marker on the patient.
+#[test]
+fn a_registration_from_the_tracker_in_a_scene_with_a_marker_on_the_patient_is_a_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("r.json");
+    let faults = |from: &str, reference: &str| {
+        std::fs::write(&file, format!("{{\"from\": {from:?}}}")).unwrap();
+        let text = format!(
+            "[volume]\nspacing_mm = 6.0\n[tracker]\nsource = \"operating-room\"\n[tracker.registration]\nfile = {file:?}\n{reference}"
+        );
+        checked(&text).faults
+    };
+    let reference = "[tracker.room.reference]\ncone_deg = 80.0\n";
+    assert!(faults("tracker", "").is_empty() && faults("reference", reference).is_empty());
+    let found = faults("tracker", reference).join("\n");
+    assert!(
+        found.contains("found a registration from \"tracker\", expected one from reference"),
+        "{found}"
+    );
+    assert!(faults("reference", "").join("\n").contains("no marker on the patient"));
 }
 
 #[test]

@@ -41,14 +41,14 @@ Examples:
 
 const VERIFY_HELP: &str = "\
 Reads everything: the CRC of every chunk and attachment and of the whole file, every message against its schema and its \
-header, the order of captures, and the index against what is there. Exit code 1 where anything is wrong. A file of another \
+header, the order of captures, and the index against what is there; and that it is of one run, with one scene. Exit code 1 where anything is wrong. A file of another \
 program is whole without an index too, as MCAP does not ask for one: that is said. A file of Trocar's must have it.
 
 Example:
   recorder verify session.mcap";
 
 const ATTACH_HELP: &str = "\
-Only whole recordings. Messages are not touched; the index is written anew.
+Only whole recordings, and no name that is attached already. Messages are not touched; the index is written anew.
 
 Example:
   recorder attach session.mcap report.json";

@@ -38,6 +38,18 @@ pub(crate) enum AttachError {
         /// What is wrong.
         what: &'static str,
     },
+    /// Readers would take the later one.
+    #[error(
+        "{path} holds a file named {name:?} already, {bytes} bytes: it would be taken for the other. Give yours another name"
+    )]
+    Taken {
+        /// The recording.
+        path: PathBuf,
+        /// The name.
+        name: String,
+        /// The length of the one that is there.
+        bytes: u64,
+    },
     /// The file to attach cannot be read.
     #[error("reading {path}, to attach it: {source}")]
     File {
@@ -56,7 +68,7 @@ pub(crate) enum AttachError {
     },
 }
 
-/// Attaches `file` to the whole recording `session`. One of the same name is kept; readers take the last.
+/// Attaches `file` to the whole recording `session`, which holds none of this name.
 ///
 /// # Errors
 /// Each variant of [`AttachError`].
@@ -76,6 +88,10 @@ pub(crate) fn attach(session: &Path, file: &Path) -> Result<(), AttachError> {
         path: session.to_owned(),
         what,
     })?;
+    if let Some(bytes) = tail.attached(&beside.name) {
+        let (path, name) = (session.to_owned(), beside.name);
+        return Err(AttachError::Taken { path, name, bytes });
+    }
     let (at, bytes) = tail.with(&beside);
     let written = target.seek(SeekFrom::Start(at)).and_then(|_| target.write_all(&bytes));
     written.and_then(|()| target.sync_all()).map_err(fail)
@@ -171,6 +187,15 @@ fn attachment(file: &Beside) -> Vec<u8> {
 }
 
 impl Tail {
+    /// How long the attached file of this name is, where the index has one.
+    fn attached(&self, name: &str) -> Option<u64> {
+        let wanted = text(name);
+        let entries = self.index.iter().filter(|(opcode, _)| *opcode == op::ATTACHMENT_INDEX);
+        let mut bodies = entries.filter_map(|(_, record)| record.get(9..));
+        // Behind five numbers of 8 bytes, of which the last is the length.
+        bodies.find_map(|body| body.get(40..)?.starts_with(&wanted).then(|| u64_at(body, 32)))
+    }
+
     /// The place and the bytes of a tail with this file in front.
     fn with(mut self, file: &Beside) -> (u64, Vec<u8>) {
         let mut bytes = attachment(file);
@@ -267,6 +292,24 @@ mod tests {
             indexed.attachment("report.json").unwrap().as_deref(),
             Some(&b"{\"views\": []}"[..])
         );
+    }
+
+    /// A second scene took the place of the run's own.
+    #[test]
+    fn a_name_that_is_attached_already_is_refused_and_the_recording_stays() {
+        let (tmp, session, report) = world(&testing::finished(1, 4));
+        attach(&session, &report).unwrap();
+        let before = fs::read(&session).unwrap();
+        let scene = tmp.path().join("scene.toml");
+        fs::write(&scene, "seed = 2\n").unwrap();
+        for (file, words) in [
+            (&scene, "\"scene.toml\" already, 9 bytes"),
+            (&report, "\"report.json\" already"),
+        ] {
+            let text = attach(&session, file).unwrap_err().to_string();
+            assert!(text.contains(words), "{text}");
+            assert_eq!(fs::read(&session).unwrap(), before);
+        }
     }
 
     #[test]

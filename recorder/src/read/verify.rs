@@ -13,6 +13,7 @@ use mcap::{Message, Summary};
 
 use crate::edit::progress::Progress;
 use crate::read::damage::OpenError;
+use crate::read::one_run::OneRun;
 use crate::read::reader::{self, ReadError, Recorded};
 use crate::read::scan::{self, Item};
 use crate::read::seek;
@@ -39,6 +40,7 @@ pub struct Verified {
     pub left_out: Vec<String>,
     counts: BTreeMap<u16, (String, u64)>,
     last: BTreeMap<u16, (u64, u64)>,
+    one_run: OneRun,
 }
 
 /// Reads a recording from start to end and holds it against its index.
@@ -54,7 +56,11 @@ pub fn verify(path: &Path) -> Result<Verified, OpenError> {
         progress.at(read, length);
         match item {
             Ok(Item::Message(message)) => verified.message(&message),
-            Ok(Item::Attachment(_)) => verified.attachments += 1,
+            Ok(Item::Attachment(file)) => {
+                verified.attachments += 1;
+                verified.of_one(|run| run.another_scene(&file));
+            }
+            Ok(Item::Metadata(record)) => verified.of_one(|run| run.differs(&record)),
             Ok(_) => {}
             Err(damage) => verified.find(damage.to_string()),
         }
@@ -70,6 +76,11 @@ impl Verified {
         if self.findings.len() < NAMED {
             self.findings.push(words);
         }
+    }
+
+    fn of_one(&mut self, differs: impl FnOnce(&mut OneRun) -> Option<String>) {
+        let differs = differs(&mut self.one_run);
+        differs.into_iter().for_each(|words| self.find(words));
     }
 
     fn message(&mut self, message: &Message<'_>) {

@@ -11,6 +11,7 @@ use prost_types::FileDescriptorSet;
 use serde::Serialize;
 
 use crate::read::damage::OpenError;
+use crate::read::one_run::OneRun;
 use crate::read::scan::{self, Item};
 use crate::replay::tape::impossible_stamp;
 use crate::wire::descriptor;
@@ -52,6 +53,8 @@ pub struct Facts {
     pub files: Vec<AttachedText>,
     /// What cannot be read, in words; empty for a file that is whole.
     pub damage: Vec<String>,
+    #[serde(skip)]
+    one_run: OneRun,
 }
 
 /// A text file that a recording holds.
@@ -91,6 +94,14 @@ pub enum FactsError {
         found: String,
         /// The schema needed.
         wanted: &'static str,
+    },
+    /// It is of more than one run, or holds more than one scene.
+    #[error("{path}: {why}; only a recording of one run, with its scene, can be replayed")]
+    TwoRuns {
+        /// The recording.
+        path: PathBuf,
+        /// What was found and expected.
+        why: String,
     },
     /// Its messages have fields that this version would leave out.
     #[error(
@@ -176,7 +187,7 @@ fn read(path: &Path) -> Result<Facts, FactsError> {
         match item {
             Ok(Item::Channel(channel)) => facts.declare(path, &channel)?,
             Ok(Item::Message(message)) => facts.count(path, &message)?,
-            Ok(item) => facts.beside(item),
+            Ok(item) => facts.beside(path, item)?,
             Err(damage) => facts.damage.push(damage.to_string()),
         }
     }
@@ -203,8 +214,17 @@ impl Facts {
         Ok(())
     }
 
-    /// Takes what lies beside the messages.
-    fn beside(&mut self, item: Item) {
+    /// Takes what lies beside the messages, unless it is of another run.
+    fn beside(&mut self, path: &Path, item: Item) -> Result<(), FactsError> {
+        let differs = match &item {
+            Item::Attachment(file) => self.one_run.another_scene(file),
+            Item::Metadata(metadata) => self.one_run.differs(metadata),
+            _ => None,
+        };
+        if let Some(why) = differs {
+            let path = path.to_owned();
+            return Err(FactsError::TwoRuns { path, why });
+        }
         match item {
             Item::Attachment(file) if file.name == SCENE => {
                 self.scene = String::from_utf8(file.data.into_owned()).ok();
@@ -213,6 +233,7 @@ impl Facts {
             Item::Metadata(metadata) if metadata.name == RUN => self.take(metadata.metadata),
             _ => {}
         }
+        Ok(())
     }
 
     fn count(&mut self, path: &Path, message: &mcap::Message<'_>) -> Result<(), FactsError> {

@@ -2,6 +2,7 @@
 
 use super::lead::Judge;
 use super::tape::Tape;
+use crate::edit::cut::CUT;
 use crate::read::damage::OpenError;
 
 /// Beyond the limit itself, so much is looked at first before a place, ns; where that was not enough, [`WIDER`] times as much.
@@ -34,7 +35,7 @@ pub(super) fn go_to(
     let mut back_ns = limit.saturating_add(MARGIN_NS);
     loop {
         let from_ns = at_ns.saturating_sub(back_ns);
-        let mut judge = Judge::new(limit_ns, from_ns <= first_ns);
+        let mut judge = Judge::new(limit_ns, from_ns <= first_ns && begins_with_its_run(tape)?);
         let is_there = pass_to(tape, (from_ns, at_ns), &mut judge, goes_on)?;
         let next = tape.peek().map(|next| &next.pose);
         if next.is_none() || judge.is_known(next) || !is_there {
@@ -46,6 +47,15 @@ pub(super) fn go_to(
         }
         back_ns = back_ns.saturating_mul(WIDER).min(FARTHEST_NS);
     }
+}
+
+/// Whether nothing came before the recording's first pose: a stretch that was cut out of another, a part behind a disk that was full, and a
+/// recorder that came late do not have what the first measurement goes on from.
+fn begins_with_its_run(tape: &Tape) -> Result<bool, OpenError> {
+    let session = tape.session();
+    let first = session.poses_from(i64::MIN)?.next();
+    let is_first = first.and_then(Result::ok).is_some_and(|pose| pose.seq == 0);
+    Ok(is_first && session.metadata(CUT)?.is_none())
 }
 
 /// What is due before `at_ns` is passed over, and judged from about `from_ns` on; whether it came so far.

@@ -35,6 +35,10 @@ pub struct Instant {
     pub volume_hash: String,
     /// The pose.
     pub pose: ToolPose,
+    /// When it was published, s behind the first pose.
+    pub behind_s: f64,
+    /// Whether it is known for how long its measurement had stood still.
+    pub standstill_judged: bool,
     /// What a person had chosen when it was captured.
     pub guide: Option<Guide>,
     /// Where organs were for this very pose, and those organs at rest; `None` where no model answered it.
@@ -87,6 +91,22 @@ pub enum InstantError {
         path: PathBuf,
         /// Its last pose, alike.
         last_s: f64,
+    },
+    /// Poses are missing where it was asked for.
+    #[error(
+        "--at {at_s:.3} s: the next pose of {path} is {seq}, at {found_s:.3} s; expected one within {lost_ms:.0} ms (limits.lost_ms of its scene). `--seq {seq}` draws it"
+    )]
+    Gap {
+        /// What was asked for, s behind the first pose.
+        at_s: f64,
+        /// The recording.
+        path: PathBuf,
+        /// The pose that comes next.
+        seq: u64,
+        /// Its publication, s behind the first pose.
+        found_s: f64,
+        /// How much later it may be, ms.
+        lost_ms: f64,
     },
     /// No such pose.
     #[error("--seq {seq}: {path} has no pose of this number; its first is {first}, its last {last}")]
@@ -173,8 +193,18 @@ pub fn instant(path: &Path, place: Place<'_>) -> Result<Instant, InstantError> {
     }
     whole(path, tape.unread().first())?;
     let found = taken.ok_or_else(|| beyond(path, &facts, at_ns))?;
+    let lost_ns = clock::ns(scene.limits.lost);
+    if matches!(place, Place::At(_)) && found.due_ns().saturating_sub(at_ns) > lost_ns {
+        return Err(InstantError::Gap {
+            at_s: behind_s(&facts, at_ns),
+            path: path.to_owned(),
+            seq: found.pose.seq,
+            found_s: behind_s(&facts, found.due_ns()),
+            lost_ms: clock::ms(lost_ns),
+        });
+    }
     judge.take(&found.pose);
-    let (pose, _) = judge.judged(found.pose);
+    let (pose, standstill_judged) = judge.judged(found.pose);
     valid(path, &pose)?;
     let guides = tape.session().guides()?;
     whole(path, guides.unread.first())?;
@@ -186,6 +216,8 @@ pub fn instant(path: &Path, place: Place<'_>) -> Result<Instant, InstantError> {
         scene,
         volume_hash,
         guide: Choices::new(guides.messages).at(pose.t_capture_ns).copied(),
+        behind_s: behind_s(&facts, pose.t_publish_ns),
+        standstill_judged,
         pose,
         tissue: tissue.transpose()?,
     })

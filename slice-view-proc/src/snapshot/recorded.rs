@@ -13,6 +13,7 @@ use crate::accuracy::Accuracy;
 use crate::guide::Chosens;
 use crate::overlay::{Notice, Origin};
 use crate::overview::{Anatomy, LabelFile, LoadLabels, LoadVolume};
+use crate::remarks::UNJUDGED;
 use crate::render::{Rendered, Renderer};
 use crate::reslice::{Chosen, Resampler};
 use crate::shot::Shot;
@@ -42,6 +43,10 @@ pub struct Recorded {
     pub volume_hash: String,
     /// The pose, which is valid.
     pub pose: ToolPose,
+    /// When it was published, s behind the recording's first pose.
+    pub behind_s: f64,
+    /// Whether it is known for how long its measurement had stood still; the image says where it is not.
+    pub standstill_judged: bool,
     /// What a person had chosen when it was captured.
     pub guide: Option<Guide>,
     /// The organs at rest and where they were for this very pose; `None` where no model answered it.
@@ -160,7 +165,13 @@ pub(crate) fn recorded(
     let stamp = drawn(&mut renderer, (what.recording, &found), &volume)?;
     let mut texts = stamp.texts();
     texts.push(("view", what.view.to_owned()));
-    Ok(write_png(what.out, renderer.canvas(), &texts)?)
+    write_png(what.out, renderer.canvas(), &texts)?;
+    bus::stderr_line!(
+        "slice-view-proc: pose {}, published {:.3} s behind the first one",
+        found.pose.seq,
+        found.behind_s
+    );
+    Ok(())
 }
 
 /// The held image of the instant.
@@ -192,7 +203,10 @@ fn drawn(
         accuracy: pose.map(|pose| Accuracy::of(sample, pose)),
         notice: Notice::Requested,
         origin: Origin::Recording,
-        remarks: &[],
+        remarks: match found.standstill_judged {
+            true => &[],
+            false => &[UNJUDGED],
+        },
         chosen: said.chosen.as_ref(),
         seq: sample.seq,
         registration_id: sample.registration_id,

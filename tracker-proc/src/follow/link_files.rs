@@ -74,6 +74,13 @@ pub(super) fn registration(link: &RegistrationLink, expected: &Expected) -> Resu
     };
     passed(path, "registration", &gates, &file.reached(expected.target))?;
     let registration = match file.registered {
+        // The marker on the patient would be looked at by nobody.
+        Registered::Fixed(_) if expected.has_reference => {
+            return Err(format!(
+                "{}: found a registration from tracker, expected one from reference: the scene has a marker on the patient, whose motion would not be followed",
+                name(path)
+            ));
+        }
         Registered::Fixed(ct_from_tracker) => Registration::Fixed(ct_from_tracker),
         Registered::Referenced(ct_from_reference) if expected.has_reference => {
             Registration::Referenced(ct_from_reference)
@@ -236,11 +243,20 @@ mod tests {
     }
 
     fn read(value: &Value, unchecked_ct: bool, gates: RegistrationGates) -> Result<Filed, String> {
+        read_beside(false, value, unchecked_ct, gates)
+    }
+
+    fn read_beside(
+        has_reference: bool,
+        value: &Value,
+        unchecked_ct: bool,
+        gates: RegistrationGates,
+    ) -> Result<Filed, String> {
         let (_folder, file) = put(value);
         let expected = Expected {
             tool: "scope".to_owned(),
             ct_hash: "ab".to_owned(),
-            has_reference: false,
+            has_reference,
             target: Point::new(10.0, 20.0, 30.0),
         };
         registration(
@@ -308,6 +324,21 @@ mod tests {
                 "{warning}"
             );
         }
+    }
+
+    /// It was in use, and the patient's motion was followed by nobody.
+    #[test]
+    fn a_registration_from_the_tracker_does_not_switch_the_marker_on_the_patient_off() {
+        let gates = RegistrationGates::default();
+        let error = read_beside(true, &registered(), false, gates).unwrap_err();
+        assert!(
+            error.starts_with("f.json: found a registration from tracker, expected one from reference"),
+            "{error}"
+        );
+        let mut value = registered();
+        value["from"] = "reference".into();
+        let filed = read_beside(true, &value, false, gates).unwrap();
+        assert!(matches!(filed.registration, Registration::Referenced(_)));
     }
 
     #[test]

@@ -18,7 +18,8 @@ pub(super) fn facts(path: &Path) -> Result<Facts, String> {
         facts.declare(path, channel).map_err(|e| words(&e))?;
     }
     for item in indexed.beside().map_err(|e| words(&e))? {
-        facts.beside(item.ok_or("an attachment, or what is said of the run, cannot be read")?);
+        let item = item.ok_or("an attachment, or what is said of the run, cannot be read")?;
+        facts.beside(path, item).map_err(|e| words(&e))?;
     }
     moments(path, &indexed, &mut facts)?;
     facts.poses = indexed.count(TOOL_POSE);

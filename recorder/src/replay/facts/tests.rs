@@ -3,6 +3,8 @@ use crate::testing;
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 
+mod one_run;
+
 fn of(bytes: &[u8]) -> Result<Facts, FactsError> {
     let tmp = tempfile::tempdir().unwrap();
     let path = tmp.path().join("s.mcap");

@@ -200,3 +200,49 @@ fn a_measurement_that_stood_still_has_no_picture() {
     assert_eq!(early, Ok(10));
     assert!(late.unwrap_err().contains(Lost::Frozen.words()));
 }
+
+/// The beginning of a cut was taken for that of the run.
+#[test]
+fn a_measurement_that_may_have_stood_still_before_a_cut_is_not_called_judged() {
+    let mut log = log();
+    for seq in 0..90 {
+        // Still from pose 30 on.
+        let (there, now) = (testing::pose(seq.min(30)), testing::pose(seq));
+        let (q, t_mm) = (there.q, there.t_mm);
+        log.pose(Source::Tool, &ToolPose { q, t_mm, ..now }).unwrap();
+    }
+    let bytes = finished(log);
+    let tmp = tempfile::tempdir().unwrap();
+    let (whole, part) = (tmp.path().join("s.mcap"), tmp.path().join("part.mcap"));
+    fs::write(&whole, &bytes).unwrap();
+    let stretch = crate::edit::cut::Stretch {
+        from_ns: testing::pose(40).t_capture_ns.cast_unsigned(),
+        to_ns: testing::pose(89).t_capture_ns.cast_unsigned(),
+    };
+    crate::edit::cut::cut(&whole, stretch, &part, false).unwrap();
+    let judged = |bytes: &[u8], seq| at(bytes, Place::Seq(seq)).map(|found| found.standstill_judged);
+    assert_eq!((judged(&bytes, 0), judged(&bytes, 40)), (Ok(true), Ok(true)));
+    assert_eq!(judged(&fs::read(&part).unwrap(), 45), Ok(false));
+    // For 500 ms it was seen to stand still.
+    assert!(
+        judged(&fs::read(&part).unwrap(), 80)
+            .unwrap_err()
+            .contains(Lost::Frozen.words())
+    );
+}
+
+/// The pose behind a gap of two seconds was drawn for a moment within it, and nothing was said.
+#[test]
+fn a_moment_in_a_gap_has_no_picture_and_the_pose_behind_it_is_named() {
+    let mut log = log();
+    for seq in (0..30).chain(150..160) {
+        log.pose(Source::Tool, &testing::pose(seq)).unwrap();
+    }
+    let bytes = finished(log);
+    let why = at(&bytes, Place::At("1s")).map(|found| found.pose.seq).unwrap_err();
+    for words in ["--at 1.000 s", "is 150, at 2.500 s", "within 1000 ms", "--seq 150"] {
+        assert!(why.contains(words), "{why}");
+    }
+    let near = at(&bytes, Place::At("2.1s")).unwrap();
+    assert_eq!((near.pose.seq, near.behind_s), (150, 2.5));
+}

@@ -101,6 +101,8 @@ fn read(_: &Path, at: At<'_>) -> Result<Recorded, Box<dyn std::error::Error + Se
             _ => hash.to_string(),
         },
         pose,
+        behind_s: 1.5,
+        standstill_judged: case != "not judged",
         guide: (case == "no choice").then_some(guide),
         tissue: (case != "no state").then_some(((mesh, bytes), (header, nodes))),
     })
@@ -152,4 +154,11 @@ fn what_is_no_state_of_this_examination_leaves_no_picture_and_no_state_one_that_
         why.contains("\"along\"") && why.contains("has the views across"),
         "{why}"
     );
+}
+
+/// A pose of a cut that had stood still before the cut was drawn like one that was judged.
+#[test]
+fn a_pose_whose_standstill_nobody_judged_says_so_on_its_image() {
+    let [judged, unjudged] = ["moved", "not judged"].map(|case| drawn(case, "across").unwrap());
+    assert!(judged != unjudged);
 }
