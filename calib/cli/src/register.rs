@@ -10,6 +10,8 @@ pub(crate) mod residual_table;
 pub(crate) mod row;
 pub(crate) mod solve;
 pub(crate) mod surface;
+#[cfg(test)]
+mod tests;
 
 use std::path::PathBuf;
 
@@ -209,6 +211,7 @@ fn shared(input: &Input, solution: &Solution) -> Option<SharedPart> {
         calibration: input
             .sources
             .iter()
+            .filter(|(role, _)| *role != "to")
             .find_map(|(_, source)| calibration_of(&source.text).map(str::to_owned)),
         columns: of.map(|of| rows(&of.shared)),
     })

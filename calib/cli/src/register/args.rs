@@ -184,20 +184,25 @@ impl RegisterArgs {
             )),
             None => self.ct_hash.clone(),
         };
-        let from = match &self.from_points {
+        let to = self.to.clone();
+        let to = to.unwrap_or_else(|| Name::told(if scened.is_some() { "ct" } else { "to" }));
+        if let Some(path) = &self.to_points {
+            touched_in(path, Some(&to))?;
+        }
+        let from = match self.from_points.as_ref().or(self.pairs.as_ref()) {
             Some(path) => touched_in(path, self.from.as_ref())?,
             None => self.from.clone(),
         };
         let Some(scened) = scened else {
             return Ok(Of {
-                to: self.to.clone().unwrap_or_else(|| Name::told("to")),
+                to,
                 from: from.unwrap_or_else(|| Name::told("from")),
                 ct_hash: hash,
                 marker: self.marker.clone(),
             });
         };
         Ok(Of {
-            to: self.to.clone().unwrap_or_else(|| Name::told("ct")),
+            to,
             from: from.unwrap_or_else(|| Name::told(scened.registered_from())),
             ct_hash: scened.ct_hash(hash.as_ref())?,
             marker: scened.registered_marker(self.marker.as_ref())?,

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::input_files::source::Source;
 use crate::input_files::{pairs_csv, points_text};
+use crate::live::says_frame;
 use crate::register::duplicates;
 use crate::register::input_error::InputError;
 use crate::register::row::Row;
@@ -70,6 +71,9 @@ impl Input {
                 to: a.len(),
                 from: b.len(),
             });
+        }
+        if a.iter().any(|point| point.error.is_some()) && !says_frame(&to.text) {
+            return Err(InputError::TouchesAsTo { path: to.path });
         }
         let row = |(a, b): (points_text::Point, points_text::Point)| Row {
             lines: [a.line, b.line],

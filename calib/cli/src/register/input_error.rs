@@ -111,6 +111,12 @@ pub(crate) enum InputError {
         to: usize,
         from: usize,
     },
+    /// What a touch says of its error is of the point of FROM alone.
+    #[error(
+        "reading {path}: it has the columns of touches (cxx to czz) as --to-points, and does not say that they are in the frame of --to; \
+         give touches as --from-points, and as --to-points plain points"
+    )]
+    TouchesAsTo { path: PathBuf },
     /// A pair is there twice, to the last digit.
     #[error(
         "reading {path}: lines {first} and {second} hold the same pair to the last digit, which would count twice; \
