@@ -12,6 +12,9 @@ const HEADER_HINT: &str = "The first line names the columns, in any order: from_
 /// The most pairs: leave-one-out residuals take the square of the number.
 pub(crate) const MAX_PAIRS: usize = 10_000;
 
+/// Points of a patient are further apart than this, mm: in metres a whole one is not.
+pub(crate) const LEAST_EXTENT_MM: f64 = 5.0;
+
 /// A field of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Place {
@@ -117,6 +120,28 @@ pub(crate) enum InputError {
          give touches as --from-points, and as --to-points plain points"
     )]
     TouchesAsTo { path: PathBuf },
+    /// Points that cannot be a patient's in mm.
+    #[error(
+        "reading {files}: the box around the {side} points is {extent_mm:.3} mm across, expected at least {LEAST_EXTENT_MM} mm; are they in metres? \
+         Give them in millimetres"
+    )]
+    TooSmall {
+        files: String,
+        side: &'static str,
+        extent_mm: f64,
+    },
+    /// A point that the CT does not show.
+    #[error(
+        "reading {path}: line {line}: the point {found:?} of the CT lies outside it; expected one within {low:.1?} to {high:.1?} mm (left, posterior, \
+         superior). Are its axes and its unit those of the CT?"
+    )]
+    OutsideCt {
+        path: PathBuf,
+        line: usize,
+        found: [f64; 3],
+        low: [f64; 3],
+        high: [f64; 3],
+    },
     /// A pair is there twice, to the last digit.
     #[error(
         "reading {path}: lines {first} and {second} hold the same pair to the last digit, which would count twice; \
