@@ -94,10 +94,13 @@ impl Input {
 
     /// Refuses points that are too near to one another to be a patient's in mm.
     pub(crate) fn refuse_small(&self) -> Result<(), InputError> {
-        let sides: [(&str, fn(&Row) -> [f64; 3]); 2] = [("to", |row| row.to), ("from", |row| row.from)];
-        for (side, point) in sides {
+        for side in ["to", "from"] {
             let along = |i: usize| {
-                let values = || self.rows.iter().map(|row| point(row)[i]);
+                let values = || {
+                    self.rows
+                        .iter()
+                        .map(|row| if side == "to" { row.to[i] } else { row.from[i] })
+                };
                 values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
             };
             let extent_mm = along(0).hypot(along(1)).hypot(along(2));
