@@ -5,6 +5,7 @@
 //! it; both are JSON. [`sequence`] are recorded poses of the PLUS toolkit. Lengths are mm, angles radians, covariances in
 //! the convention of [`geometry::uncertain`].
 
+mod agrees;
 mod error;
 mod registration;
 pub mod sequence;
@@ -13,6 +14,7 @@ mod tool;
 #[cfg(test)]
 mod tests;
 
+pub use agrees::{COVARIANCE_CONVENTION, TRANSFORM_CONVENTION, agrees};
 pub use error::FileError;
 pub use registration::{Registered, RegistrationFile};
 pub use tool::ToolFile;

@@ -128,7 +128,11 @@ fn noise_is_estimated_and_errors_predicted() {
     );
     let tre: Vec<f64> = file.predicted_tre.iter().map(|tre| tre.rms_mm.unwrap()).collect();
     assert!(tre[0] < tre[1] && tre[1] < tre[2], "{tre:?}");
-    assert!((tre[0] - noise.sigma_mm * (3.0_f64 / 400.0).sqrt()).abs() < 1e-12);
+    // Of 1194 degrees of freedom: the variance is taken for 0.3 % more.
+    assert_eq!(noise.degrees_of_freedom, Some(1194));
+    let factor = calib::registration::few_residuals_factor(1194);
+    assert!(factor > 1.001 && factor < 1.005, "{factor}");
+    assert!((tre[0] - noise.sigma_mm * (3.0 * factor / 400.0).sqrt()).abs() < 1e-12);
     let (angle, _) = off(&file);
     let deviations = file.covariance.unwrap();
     let turn = (0..3).map(|i| deviations[i][i]).sum::<f64>().sqrt();

@@ -220,6 +220,7 @@ fn a_check_that_fails_keeps_the_run_from_navigating() {
     let mut file = json(&path);
     let x = file["transform"]["translation_mm"][0].as_f64().unwrap();
     file["transform"]["translation_mm"][0] = (x + 8.0).into();
+    file["transform"]["matrix"][0][3] = (x + 8.0).into();
     std::fs::write(world.path("new.json"), file.to_string()).unwrap();
     std::fs::rename(world.path("new.json"), &path).unwrap();
     // The tracker looks once a second: a touch meanwhile is of neither registration, or of the one that goes.

@@ -8,7 +8,7 @@ mod pivot_report;
 pub(crate) mod probe;
 mod spin;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod told;
 mod tool;
 

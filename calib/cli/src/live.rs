@@ -29,7 +29,7 @@ pub(crate) use sequence::DwellError;
 pub(crate) use still::{MostMotion, Touched, touched};
 pub(crate) use touch::{TOUCH_HELP, TOUCH_S, TouchArgs, tip_in, tip_of};
 pub(crate) use touches::{
-    calibration_id, calibration_of, comment as touches_comment, read_touches, shared, touched_in,
+    calibration_id, calibration_of, comment as touches_comment, read_touches, says_frame, shared, touched_in,
 };
 pub(crate) use watch::{Heard, Lacks, Watch};
 

@@ -10,20 +10,22 @@ pub(crate) mod residual_table;
 pub(crate) mod row;
 pub(crate) mod solve;
 pub(crate) mod surface;
+#[cfg(test)]
+mod tests;
 
 use std::path::PathBuf;
 
 use calib::registration::Registration;
-use geometry::Point;
 use geometry::rotation::Rotation;
+use geometry::{Point, VolumeGrid};
 
 use crate::bounds::{NotJudged, on_registration};
 use crate::commands::Outcome;
 use crate::commands::common::{broken, verdict_text};
 use crate::live::{LiveError, calibration_of};
 use crate::register::file::{
-    Certificate, FORMAT, InputFile, Noise, PairResult, PredictedTre, RegistrationFile, SharedPart, Transform, Units,
-    VERSION,
+    Certificate, FORMAT, InputFile, Noise, PairResult, PlaneRecord, PredictedTre, RegistrationFile, SharedPart,
+    Transform, Units, VERSION,
 };
 use crate::register::input::{From, Input};
 use crate::register::input_error::InputError;
@@ -31,9 +33,11 @@ use crate::register::solve::{Options, Solution, SolveError, method_name, solve};
 use crate::scene_context::SceneContext;
 use crate::store::{self, StoreError};
 
-pub(crate) const TRANSFORM_CONVENTION: &str = "maps coordinates in `from` to coordinates in `to`: p_to = scale * R * p_from + t, R from the unit quaternion w, x, y, z";
-pub(crate) const COVARIANCE_CONVENTION: &str = "rows and columns are (rotation vector w in rad, translation v in mm), both in `to`, turning about its origin: the \
-     true transform is p -> exp(w) (scale R p + t) + v; a fitted scale is taken as known";
+pub(crate) use calib::file::{COVARIANCE_CONVENTION, TRANSFORM_CONVENTION};
+
+/// Of a registration whose points lie in a plane.
+const UNDECIDED_SIDE: &str = "the points lie in a plane to their noise: mirrored through it they fit as well, so that which side of it is which rests on \
+     both frames being right-handed alone";
 
 /// One registration to be made.
 #[derive(Debug, Clone)]
@@ -49,6 +53,8 @@ pub(crate) struct Request {
     pub(crate) overwrite: bool,
     /// The hash of the CT volume, and the marker, that the registration is for.
     pub(crate) ct_hash: Option<String>,
+    /// Of that CT, where it was read: points of `to` lie in it.
+    pub(crate) grid: Option<VolumeGrid>,
     pub(crate) marker: Option<String>,
     /// The report lists every pair.
     pub(crate) all: bool,
@@ -80,6 +86,13 @@ pub(crate) fn register(request: &Request, scened: Option<&SceneContext>) -> Resu
     }
     let input = Input::read(&request.input, request.options.weights, request.allow_duplicates)?;
     let solution = solve(&input.rows, &request.options, &input.names())?;
+    // With a scale the units are what is asked for.
+    if !request.options.scale {
+        input.refuse_small()?;
+    }
+    if let Some(grid) = &request.grid {
+        input.refuse_outside(grid)?;
+    }
     let mut file = describe(request, &input, &solution);
     let (judged, refused) = judge(&mut file, scened)?;
     let mut text = report::text(&file, request.all) + &judged;
@@ -142,11 +155,8 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         certificate: Some(certificate(registration)),
         noise: Some(Noise {
             sigma_mm: solution.noise.sigma_mm,
-            estimated: request.options.is_estimate(
-                solution
-                    .touches
-                    .map_or(solution.noise.sigma_mm, |touches| touches.hand_mm),
-            ),
+            estimated: solution.estimated.is_some(),
+            degrees_of_freedom: solution.estimated.map(|of| of.freedom),
             touches: solution.touches,
         }),
         covariance: covariance(solution),
@@ -155,6 +165,11 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
         predicted_tre: predicted_tre(request, solution),
         robust_tolerance_mm: request.options.robust,
         shared: shared(input, solution),
+        plane: solution.plane.map(|mirror| PlaneRecord {
+            point_mm: registration.centre().mm(),
+            normal: mirror.normal.mm(),
+            side: UNDECIDED_SIDE.to_owned(),
+        }),
         pairs: pairs(input, solution),
         surface: None,
         inputs: inputs(input),
@@ -212,6 +227,7 @@ fn shared(input: &Input, solution: &Solution) -> Option<SharedPart> {
         calibration: input
             .sources
             .iter()
+            .filter(|(role, _)| *role != "to")
             .find_map(|(_, source)| calibration_of(&source.text).map(str::to_owned)),
         columns: of.map(|of| rows(&of.shared)),
     })

@@ -7,7 +7,7 @@ use bus::Bus;
 use bus::port::VolumeSubscriber;
 use bus::run::{RunContext, RunError, RunLock, run_dir};
 use clap::Args;
-use geometry::{Ct, Point};
+use geometry::{Ct, Point, VolumeGrid};
 use scene::Scene;
 use scene::tracking::{CalibrationGates, RegistrationLink};
 
@@ -50,7 +50,7 @@ pub(crate) struct Going {
 /// What the volume of a run says.
 pub(crate) struct Examined {
     pub(crate) hash: String,
-    centre: Point<Ct>,
+    pub(crate) grid: VolumeGrid,
 }
 
 impl SceneContext {
@@ -180,7 +180,7 @@ impl SceneContext {
             if let Some(volume) = volumes.poll()? {
                 return Ok(Some(Examined {
                     hash: volume.hash().to_string(),
-                    centre: volume.grid().centre(),
+                    grid: *volume.grid(),
                 }));
             }
             if clock.now_ns() >= until {
@@ -194,7 +194,7 @@ impl SceneContext {
     pub(crate) fn target(&self) -> Result<Option<Point<Ct>>, LiveError> {
         match self.scene.targets.first() {
             Some(target) => Ok(Some(target.centre)),
-            None => Ok(self.examined()?.map(|examined| examined.centre)),
+            None => Ok(self.examined()?.map(|examined| examined.grid.centre())),
         }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Matrix6;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::{FileError, content_id, parsed, place, quoted, same};
+use super::{FileError, agrees, content_id, parsed, place, quoted, same};
 use crate::gate::Reached;
 
 const FORMAT: &str = "trocar-registration";
@@ -79,6 +79,7 @@ impl RegistrationFile {
                 expected: format!("format {FORMAT:?}, version {VERSION}"),
             });
         }
+        agrees(&value)?;
         let lacks_shared = lacks_shared(&value);
         // From the text, so that errors tell line and column.
         let raw: Raw = serde_json::from_str(text)?;

@@ -160,6 +160,63 @@ fn a_registration_that_cannot_be_used_is_refused_by_name() {
     }
 }
 
+/// What a file said of itself beside what is read of it was overruled in silence: metres, another name, a mirrored matrix.
+#[test]
+fn a_registration_that_says_two_things_of_itself_is_refused() {
+    // Half a turn about z: its matrix is known to the last digit.
+    let mut whole = registration();
+    whole["units"] = json!({"length": "mm", "angle": "rad"});
+    whole["transform"] = json!({
+        "name": "ct_from_tracker", "convention": TRANSFORM_CONVENTION, "quaternion_wxyz": [0.0, 0.0, 0.0, 1.0],
+        "rotation_vector_rad": [0.0, 0.0, -std::f64::consts::PI], "translation_mm": [1.0, 2.0, 3.0], "scale": 1.0,
+        "matrix": [[-1.0, 0.0, 0.0, 1.0], [0.0, -1.0, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0], [0.0, 0.0, 0.0, 1.0]],
+    });
+    whole["covariance_convention"] = COVARIANCE_CONVENTION.into();
+    whole["more"] = json!("is passed over");
+    RegistrationFile::parse(&whole.to_string()).unwrap();
+    for (pointer, value, words) in [
+        ("/units/length", json!("m"), "units.length is \"m\", expected \"mm\""),
+        ("/units/angle", json!("deg"), "units.angle is \"deg\", expected \"rad\""),
+        (
+            "/transform/name",
+            json!("tracker_from_ct"),
+            "transform.name is \"tracker_from_ct\", expected \"ct_from_tracker\"",
+        ),
+        (
+            "/transform/convention",
+            json!("p_from = R p_to"),
+            "transform.convention is",
+        ),
+        ("/transform/matrix/0/0", json!(1.0), "transform.matrix is"),
+        (
+            "/transform/matrix/1/3",
+            json!(2.001),
+            "expected that of quaternion and translation",
+        ),
+        (
+            "/transform/matrix/3",
+            json!([0.0, 0.0, 0.0, 2.0]),
+            "transform.matrix is",
+        ),
+        ("/transform/matrix", json!("none"), "transform.matrix is"),
+        (
+            "/transform/rotation_vector_rad/2",
+            json!(3.0),
+            "transform.rotation_vector_rad is",
+        ),
+        (
+            "/covariance_convention",
+            json!("(translation, rotation)"),
+            "covariance_convention is",
+        ),
+    ] {
+        let mut file = whole.clone();
+        *file.pointer_mut(pointer).unwrap() = value;
+        let error = RegistrationFile::parse(&file.to_string()).unwrap_err().to_string();
+        assert!(error.contains(words), "{pointer}: {error}");
+    }
+}
+
 const ONE: &str = "1 0 0 5 0 1 0 6 0 0 1 7 -0 0 -0 1";
 
 #[test]

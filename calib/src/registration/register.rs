@@ -56,6 +56,14 @@ impl<To: Frame, From: Frame> Registration<To, From> {
         }
     }
 
+    /// Degrees of freedom of the residuals: `3 N - 6`.
+    pub fn freedom(&self) -> u32 {
+        u32::try_from(self.effective)
+            .unwrap_or(u32::MAX / 3)
+            .saturating_mul(3)
+            .saturating_sub(6)
+    }
+
     /// Covariance of the transform, 6 x 6: (rotation vector, translation) in `To`, rad and mm, where the true transform
     /// is `p -> exp(w) (R p + t) + v` with `(w, v)` of this covariance.
     ///

@@ -31,8 +31,9 @@ cancels: what is left of it counts. Where that is not known, what is told of it 
 --touches takes a file of one touch by calib touch, with its covariance and its calibration; --touched is a place alone.
 
   pass   the error is within the predicted radius (and within --max-mm)
-  warn   it is beyond, up to 1.5 times the radius, as one in twenty is; or the radius itself is beyond --max-mm:
-         touch another point
+  warn   it is beyond, up to 1.5 times the radius, as one in twenty is; or the radius itself is beyond --max-mm; or the
+         registration's points lie in a plane, and the known point is not further off it than the radius, so that a
+         mirrored registration would pass too: touch another point
   fail   it is beyond 1.5 times the predicted radius, or beyond --max-mm: do not use the registration. Exit code 1
 
 With --live or --scene the registration must keep the scene's [tracker.registration.gates] too, as a tracker asks of it.
@@ -74,15 +75,35 @@ pub(crate) struct CheckArgs {
     /// The greatest error that the operation allows [default: the scene's max_tre_mm]
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     max_mm: Option<Positive>,
-    /// Hash of the CT in use, to be checked
+    /// Hash of the CT in use, to be checked; the file must say its own
     #[arg(long, value_name = "HASH")]
     ct_hash: Option<Name>,
-    /// Name of the marker in use, to be checked
+    /// Name of the marker in use, to be checked; the file must say its own [default: the scene's]
     #[arg(long, value_name = "NAME")]
     marker: Option<Name>,
     /// Print the result as JSON and nothing else
     #[arg(long)]
     json: bool,
+}
+
+/// How far the known point is off the plane of a registration's points.
+#[derive(Debug, Clone, Copy)]
+struct OffPlane {
+    mm: f64,
+    /// A mirrored registration would be off by twice that, and fail.
+    is_enough: bool,
+}
+
+impl OffPlane {
+    /// `None` where the registration's points lie in no plane.
+    fn of(file: &RegistrationFile, known: [f64; 3], radius_mm: f64) -> Option<Self> {
+        let mm = file.plane.as_ref()?.off_mm(known);
+        // A NaN is beyond nothing.
+        Some(Self {
+            mm,
+            is_enough: mm > radius_mm,
+        })
+    }
 }
 
 /// The result for programs.
@@ -100,6 +121,9 @@ struct CheckRecord {
     max_mm: Option<f64>,
     gates: Vec<Gate>,
     place_mm: [f64; 3],
+    /// Of the known point from the plane of a registration whose points lie in one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    off_plane_mm: Option<f64>,
     registration: String,
     ct_hash: Option<String>,
 }
@@ -128,11 +152,18 @@ impl CheckArgs {
         let limits = Limits {
             most_mm: self.most_mm(scened.as_ref()),
         };
-        let checked = check::<Tracker>(&registration, touch.place, known, &tip, limits);
+        let mut checked = check::<Tracker>(&registration, touch.place, known, &tip, limits);
+        let off_plane = OffPlane::of(&file, self.known.0, checked.radius_95_mm);
+        if off_plane.is_some_and(|off| !off.is_enough) && checked.verdict == Verdict::Pass {
+            checked.verdict = Verdict::Warn;
+        }
         let told = check_tip::words(&file, &touch, &tip);
         let text = match self.json {
-            true => serde_json::to_string_pretty(&record((&path, &file), &checked, limits, (&gates, told)))? + "\n",
-            false => gates_text(&gates) + &report(&checked, limits, &told),
+            true => {
+                serde_json::to_string_pretty(&record((&path, &file), &checked, (limits, off_plane), (&gates, told)))?
+                    + "\n"
+            }
+            false => gates_text(&gates) + &report(&checked, (limits, off_plane), &told),
         };
         let failed = checked.verdict == Verdict::Fail;
         let refused = failed.then(|| refusal(&path, &checked, limits));
@@ -197,19 +228,23 @@ impl CheckArgs {
 
     /// Refuses a registration of another CT or marker, where the ones in use are told.
     fn paired(&self, path: &Path, file: &RegistrationFile, scened: Option<&SceneContext>) -> Result<(), BeadsError> {
-        let examined = scened.map(SceneContext::examined).transpose()?.flatten();
-        let own = examined.map(|examined| examined.hash.clone());
-        let told = |given: &Option<Name>, own: Option<String>| {
-            let given = given.as_ref().map(|name| name.as_str().to_owned());
-            given.or(own).unwrap_or_default()
+        let text = |given: &Option<Name>| given.as_ref().map(|name| name.as_str().to_owned());
+        let (hash, marker) = (text(&self.ct_hash), text(&self.marker));
+        file.tells(path, hash.as_deref(), marker.as_deref())?;
+        let (hash, marker) = match scened {
+            Some(scened) => (
+                text(&scened.ct_hash(self.ct_hash.as_ref())?),
+                text(&scened.registered_marker(self.marker.as_ref())?),
+            ),
+            None => (hash, marker),
         };
-        let hash = told(&self.ct_hash, own.or_else(|| file.ct_hash.clone()));
-        let marker = told(&self.marker, file.marker.clone());
+        let own = |told: Option<String>, own: &Option<String>| told.or_else(|| own.clone()).unwrap_or_default();
+        let (hash, marker) = (own(hash, &file.ct_hash), own(marker, &file.marker));
         Ok(file.paired(path, &hash, &marker)?)
     }
 }
 
-fn report(checked: &Checked, limits: Limits, told: &str) -> String {
+fn report(checked: &Checked, (limits, off_plane): (Limits, Option<OffPlane>), told: &str) -> String {
     let ([x, y, z], [a, b, c]) = (checked.error.mm(), checked.place.mm());
     let radius = checked.radius_95_mm;
     let limit = limits
@@ -218,20 +253,28 @@ fn report(checked: &Checked, limits: Limits, told: &str) -> String {
     format!(
         "placed at        {a:.3}, {b:.3}, {c:.3} mm\nerror            {x:.3}, {y:.3}, {z:.3} mm (left, posterior, superior), \
          length {:.3} mm{limit}\npredicted        {radius:.3} mm holds 95 % of errors; beyond {:.3} mm is a failure\n\
-         the tip          {told}\nverdict          {}: {}\n",
+         the tip          {told}\n{}verdict          {}: {}\n",
         checked.distance_mm,
         FAIL_RATIO * radius,
+        off_plane.map_or(String::new(), |off| format!(
+            "off the plane    {:.3} mm, of the registration's points: mirrored through it they would fit as well\n",
+            off.mm
+        )),
         name(checked.verdict),
-        meaning(checked, limits)
+        meaning(checked, (limits, off_plane))
     )
 }
 
-fn meaning(checked: &Checked, limits: Limits) -> &'static str {
+fn meaning(checked: &Checked, (limits, off_plane): (Limits, Option<OffPlane>)) -> &'static str {
     let vouched = limits.most_mm.is_none_or(|limit| checked.apart_radius_95_mm <= limit);
     match checked.verdict {
         Verdict::Pass => "the error is what was predicted",
         Verdict::Warn if !vouched => {
             "the predicted error is beyond --max-mm, or the scene's max_tre_mm: touch more beads, or nearer to the target"
+        }
+        Verdict::Warn if checked.distance_mm <= checked.radius_95_mm && off_plane.is_some_and(|off| !off.is_enough) => {
+            "the registration's points lie in a plane, and the known point is nearer to it than the predicted error: that nothing is \
+             mirrored was not checked; touch a known point off that plane"
         }
         Verdict::Warn => "larger than 95 % of errors would be: touch another point before you rely on it",
         Verdict::Fail => "do not use this registration: touch the beads again, and check the pointer",
@@ -253,7 +296,7 @@ fn refusal(path: &Path, checked: &Checked, limits: Limits) -> String {
 fn record(
     (path, file): (&Path, &RegistrationFile),
     checked: &Checked,
-    limits: Limits,
+    (limits, off_plane): (Limits, Option<OffPlane>),
     (gates, tip): (&[Gate], String),
 ) -> CheckRecord {
     CheckRecord {
@@ -267,6 +310,7 @@ fn record(
         max_mm: limits.most_mm,
         gates: gates.to_vec(),
         place_mm: checked.place.mm(),
+        off_plane_mm: off_plane.map(|off| off.mm),
         registration: path.to_string_lossy().into_owned(),
         ct_hash: file.ct_hash.clone(),
     }

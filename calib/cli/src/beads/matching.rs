@@ -220,6 +220,7 @@ impl MatchArgs {
             from: from.0,
             out: self.out.clone(),
             overwrite: self.overwrite,
+            grid: None,
             ct_hash: Some(ct_hash),
             marker: marker.map(|name| name.0),
             all: true,

@@ -230,7 +230,8 @@ fn a_check_knows_what_registration_and_touch_share() {
             .unwrap_err()
             .contains("more than its covariance")
     );
-    fs::write(&out, text.replace("\"from\": \"tracker\"", "\"from\": \"reference\"")).unwrap();
+    let other = text.replace("\"from\": \"tracker\"", "\"from\": \"reference\"");
+    fs::write(&out, other.replace("ct_from_tracker", "ct_from_reference")).unwrap();
     assert!(check("00000000000000aa", 0.0).unwrap_err().contains("in the tracker"));
 }
 
@@ -351,12 +352,18 @@ fn wrong_files_are_refused_by_name() {
 fn a_registration_of_pairs_says_of_which_ct_it_is() {
     let folder = TempDir::new().unwrap();
     let (pairs, out) = (path(&folder, "p.csv"), path(&folder, "r.json"));
-    let text = "from_x,from_y,from_z,to_x,to_y,to_z\n0,0,0,5,0,0\n60,0,0,65,0,0\n0,80,0,5,80,0\n0,0,50,5,0,50\n";
+    let text = "from_x,from_y,from_z,to_x,to_y,to_z\n0,0,0,5,0,0\n40,0,0,45,0,0\n0,40,0,5,40,0\n0,0,40,5,0,40\n";
     fs::write(&pairs, text).unwrap();
     let line = format!("calib register --pairs {pairs} --to ct --from tracker --noise-mm 0.1 --out {out}");
     calib(&format!("{line} --ct ct.mha")).unwrap();
     let file = calib::file::RegistrationFile::parse(&fs::read_to_string(&out).unwrap()).unwrap();
     assert_eq!(file.ct_hash, Some("07".repeat(32)));
+    fs::write(&pairs, text.replace("45,0,0", "65,0,0")).unwrap();
+    let outside = calib(&format!("{line} --overwrite --ct ct.mha")).unwrap_err();
+    assert!(
+        outside.contains("line 3: the point [65.0, 0.0, 0.0] of the CT lies outside it"),
+        "{outside}"
+    );
     let both = calib(&format!("{line} --ct ct.mha --ct-hash ab")).unwrap_err();
     assert!(both.contains("cannot be used with"), "{both}");
 }

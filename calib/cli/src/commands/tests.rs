@@ -15,7 +15,7 @@ use crate::register::file::RegistrationFile;
 
 const TIP: [f64; 3] = [4.0, -3.0, 160.0];
 
-pub(super) fn calib(line: &str) -> Result<Outcome, String> {
+pub(crate) fn calib(line: &str) -> Result<Outcome, String> {
     let cli = Cli::try_parse_from(line.split(' ')).map_err(|error| error.to_string())?;
     run(cli, |_| Err("no volume is read here".into()))
 }

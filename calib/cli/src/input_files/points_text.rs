@@ -92,7 +92,17 @@ fn is_header(text: &str) -> bool {
 }
 
 fn columns(source: &Source, line: usize, text: &str) -> Result<Columns, InputError> {
-    let names: Vec<_> = fields::plain(text).iter().map(|field| field.text.clone()).collect();
+    let found = fields::plain(text);
+    let names: Vec<_> = found.iter().map(|field| field.text.clone()).collect();
+    if let Some(i) = (1..names.len()).find(|i| names[..*i].contains(&names[*i])) {
+        let place = Place {
+            path: source.path.clone(),
+            line,
+            column: found[i].column,
+            name: names[i].chars().take(40).collect(),
+        };
+        return Err(InputError::RepeatedColumn { place });
+    }
     let incomplete = |expected, names_expected: &str| InputError::Ragged {
         path: source.path.clone(),
         line,
@@ -216,6 +226,19 @@ mod tests {
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(words), "{error}");
+        }
+    }
+
+    /// The first of two columns of a name was read, and the other passed over.
+    #[test]
+    fn a_column_of_touches_that_is_there_twice_is_refused() {
+        for (text, column) in [
+            ("on,x,y,z,x\na,1,2,3,9\n", "10 (x)"),
+            ("on,x,y,z,on\na,1,2,3,b\n", "10 (on)"),
+        ] {
+            let error = parse(text).unwrap_err();
+            let words = format!("p.txt, line 1, column {column}: this column is there a second time");
+            assert!(error.contains(&words), "{error}");
         }
     }
 

@@ -91,10 +91,21 @@ impl Source {
 
     /// The lines that hold something, numbered from 1: neither blank nor a comment.
     pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, &str)> {
-        let text = self.text.strip_prefix('\u{feff}').unwrap_or(&self.text);
-        let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line));
-        lines.filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
+        lines(&self.text).filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
     }
+}
+
+/// The lines of a text, numbered from 1, without a byte order mark.
+fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    text.lines().enumerate().map(|(i, line)| (i + 1, line))
+}
+
+/// The comments of a text from their `#` on, without blanks around them, with the numbers of their lines.
+pub(crate) fn comments(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    lines(text)
+        .map(|(number, line)| (number, line.trim()))
+        .filter(|(_, line)| line.starts_with('#'))
 }
 
 /// The bytes of a file, once it is known to be one and not too large.

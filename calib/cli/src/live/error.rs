@@ -87,6 +87,11 @@ pub(crate) enum LiveError {
         found: String,
         given: String,
     },
+    #[error(
+        "{path}: line {line} is {found:?}, expected once \"# places of the tip of TOOL in the FRAME, mm; calibration ID\", as calib touch writes \
+         it: take the file as it was written"
+    )]
+    UnreadPlaces { path: PathBuf, line: usize, found: String },
     #[error("touch of {name}: {why}; hold it still, and calibrate the tip better (or for longer) before")]
     Gates { name: String, why: String },
     #[error("adding to {path}: {what}; give another --to")]

@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 use super::LiveError;
 use crate::calibration::Gate;
 use crate::input_files::columns::{Row, TableError};
-use crate::input_files::source::Source;
+use crate::input_files::source::{Source, comments};
 use crate::store;
 use crate::values::Name;
 
@@ -24,7 +24,7 @@ pub(crate) fn shared(row: &Row<'_>) -> Result<Matrix3<f64>, TableError> {
     Ok(shared)
 }
 
-/// What all touches of a file are of, which its first line says: the tool with its calibration, and the frame. Touches with another
+/// What all touches of a file are of, which its first line, or another comment of it, says: the tool with its calibration, and the frame. Touches with another
 /// calibration are places of another tip.
 pub(crate) fn comment<F>(tool: &str, frame: &str, tip: &Uncertain<Marker, F>) -> String {
     format!("{PLACES}{tool}{IN}{frame}{MM}{CALIBRATION}{}", calibration_id(tip))
@@ -40,33 +40,62 @@ pub(crate) fn calibration_id<F>(tip: &Uncertain<Marker, F>) -> String {
     format!("{:016x}", scene::registration_id(&numbers))
 }
 
-/// The calibration that the first line of a file of touches names.
+/// The calibration that a comment of a file of touches names; `None` also where [`touched_in`] refuses the file.
 pub(crate) fn calibration_of(text: &str) -> Option<&str> {
-    let (_, id) = text.lines().next()?.strip_prefix(PLACES)?.rsplit_once(CALIBRATION)?;
-    (id.len() == 16 && id.bytes().all(|byte| byte.is_ascii_hexdigit())).then_some(id)
+    said(text).ok()??.calibration
 }
 
 const PLACES: &str = "# places of the tip of ";
+/// What a comment that is meant to be that one begins with, behind its `#`.
+const MEANT: &str = "places of the tip";
 const IN: &str = " in the ";
 const MM: &str = ", mm";
 const CALIBRATION: &str = "; calibration ";
 
-/// The frame that the first line of such a file says.
-fn frame_of(text: &str) -> Option<&str> {
-    let first = text.lines().next()?.strip_prefix(PLACES)?;
-    let (of, behind) = first.rsplit_once(MM)?;
-    // Files of before there was a calibration in them end there.
-    if !(behind.is_empty() || behind.starts_with(CALIBRATION)) {
-        return None;
-    }
+/// What a comment says of all touches of its file.
+#[derive(Debug, PartialEq)]
+struct Said<'a> {
+    frame: &'a str,
+    /// Files of before there was a calibration in them have none.
+    calibration: Option<&'a str>,
+}
+
+/// What the comments of a file say of its touches, wherever in it they stand; or the number and text of the line that says it in
+/// another way, or a second time: a guard that a changed letter turns off is none.
+fn said(text: &str) -> Result<Option<Said<'_>>, (usize, &str)> {
+    let mut meant = comments(text).filter(|(_, line)| line[1..].trim_start().starts_with(MEANT));
+    let Some((number, line)) = meant.next() else {
+        return Ok(None);
+    };
+    let said = parsed(line).ok_or((number, line))?;
+    meant.next().map_or(Ok(Some(said)), Err)
+}
+
+/// Whether the comments of a file say what frame its touches are in.
+pub(crate) fn says_frame(text: &str) -> bool {
+    said(text).is_ok_and(|said| said.is_some())
+}
+
+fn parsed(line: &str) -> Option<Said<'_>> {
+    let (of, behind) = line.strip_prefix(PLACES)?.rsplit_once(MM)?;
+    let calibration = match behind {
+        "" => None,
+        _ => Some(behind.strip_prefix(CALIBRATION)?),
+    };
+    let is_id = |id: &str| id.len() == 16 && id.bytes().all(|byte| byte.is_ascii_hexdigit());
     let (_, frame) = of.rsplit_once(IN)?;
-    frame.parse::<Name>().is_ok().then_some(frame)
+    (frame.parse::<Name>().is_ok() && calibration.is_none_or(is_id)).then_some(Said { frame, calibration })
 }
 
 /// The frame that touches are in: as their file says, which `given` must be where both are there.
 pub(crate) fn touched_in(path: &Path, given: Option<&Name>) -> Result<Option<Name>, LiveError> {
     let source = Source::read(path)?;
-    match (frame_of(&source.text), given) {
+    let said = said(&source.text).map_err(|(line, found)| LiveError::UnreadPlaces {
+        path: path.to_owned(),
+        line,
+        found: found.chars().take(120).collect(),
+    })?;
+    match (said.map(|said| said.frame), given) {
         (Some(found), Some(given)) if given.as_str() != found => Err(LiveError::OtherFrame {
             path: path.to_owned(),
             found: found.to_owned(),
@@ -242,19 +271,21 @@ mod tests {
 
     #[test]
     fn touches_say_the_frame_that_they_are_in() {
-        assert_eq!(frame_of(&comment("a scope in the box", "reference")), Some("reference"));
-        assert_eq!(
-            frame_of("# places of the tip of a in the reference, mm"),
-            Some("reference")
-        );
-        for none in [
-            "",
+        let frame_of = |text: &str| match said(text) {
+            Ok(said) => Ok(said.map(|said| said.frame.to_owned())),
+            Err((line, _)) => Err(line),
+        };
+        let reference = Ok(Some("reference".to_owned()));
+        assert_eq!(frame_of(&comment("a scope in the box", "reference")), reference);
+        assert_eq!(frame_of("# places of the tip of a in the reference, mm"), reference);
+        assert_eq!(frame_of(""), Ok(None));
+        assert_eq!(frame_of("x,y,z"), Ok(None));
+        for line in [
             "# places of the tip of a in the b, mm and more",
-            "x,y,z",
             "# places of the tip of a in the b",
             "# places of the tip of a in the b c, mm",
         ] {
-            assert_eq!(frame_of(none), None, "{none}");
+            assert_eq!(frame_of(line), Err(1), "{line}");
         }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
@@ -268,5 +299,47 @@ mod tests {
             error.contains("its touches are in the reference, and tracker is said"),
             "{error}"
         );
+    }
+
+    /// A byte order mark, a note above, or metres in the place of millimetres turned the guards of frame and calibration off.
+    #[test]
+    fn what_touches_are_of_is_read_from_a_changed_file_or_refused() {
+        let line = super::comment("scope", "tracker", &tip(100.0));
+        let id = calibration_of(&line).unwrap().to_owned();
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("t.csv");
+        let told = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            touched_in(&path, Some(&Name::told("reference"))).map_err(|error| error.to_string())
+        };
+        let rows = "x,y,z\n1,2,3\n";
+        for read in [
+            format!("\u{feff}{line}\n{rows}"),
+            format!("# ward 4\n\n{line}\r\n{rows}"),
+            format!("{rows}  {line}  \n"),
+        ] {
+            let error = told(&read).unwrap_err();
+            assert!(
+                error.contains("in the tracker, and reference is said"),
+                "{read}: {error}"
+            );
+            assert_eq!(calibration_of(&read), Some(&*id));
+        }
+        for (number, other) in [
+            (1, line.replace(", mm", ", m")),
+            (1, line.replace("# places", "#places")),
+            (1, line.replace(&id, "0")),
+            (1, line.replace(" in the tracker", "")),
+            (1, format!("{line},,,")),
+            (2, format!("{line}\n{line}")),
+        ] {
+            let error = told(&format!("{other}\n{rows}")).unwrap_err();
+            assert!(error.contains(&format!("line {number} is")), "{other}: {error}");
+            assert!(
+                error.contains("expected once \"# places of the tip of TOOL in the FRAME, mm"),
+                "{error}"
+            );
+            assert_eq!(calibration_of(&other), None, "{other}");
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use calib::registration::Method;
 use clap::{Args, ValueEnum};
+use geometry::VolumeGrid;
 
 use crate::beads::{LoadVolume, ReadArgs};
 use crate::commands::Outcome;
@@ -32,7 +33,7 @@ hand, and the point in TO.
 
 The transform TO_from_FROM maps a point of FROM to its place in TO: p_to = R p_from + t. `residual` is a pair's \
 distance after registration, `left out` its distance under the transform of all the others. Deviations and predicted \
-TRE are for the noise given, or for the noise that the residuals suggest.
+TRE are for the noise given, or for more than the noise that the residuals suggest, as few of them tell little of it.
 
 --ct reads the CT and writes its hash into the file, as a tracker uses no file that does not say of which CT it is; --ct-hash \
 writes a hash that is known (report.json has it under volume.hash).
@@ -41,7 +42,9 @@ With --scene the result must keep the [tracker.registration.gates] of that scene
 1; --live takes the scene of a run that is going, and the hash of its CT too.
 
 Refused with line and column: rows that are ragged or not numbers, NaN, pairs and points that occur twice, weights \
-that are negative or all zero. Refused with singular values: points that coincide, lie on a line or mirror each other.
+that are negative or all zero; points within 5 mm of one another (unless --scale), and with --ct or --live points outside the CT. Refused \
+with singular values: points that coincide or lie on a line. Points in a plane, as three are, fit as well mirrored: that is told, and written \
+into the file.
 
 Examples:
   calib register --pairs pairs.csv
@@ -175,29 +178,36 @@ impl RegisterArgs {
 
     /// What the result is of: as the command line says, and as the scene does.
     fn of(&self, scened: Option<&SceneContext>, load: LoadVolume) -> Result<Of, RegisterError> {
-        let hash = match &self.ct {
-            Some(path) => Some(Name::told(
-                &self
-                    .read
-                    .hash(path, load)
-                    .map_err(|error| RegisterError::Volume(Box::new(error)))?,
-            )),
-            None => self.ct_hash.clone(),
+        let volume = self.ct.as_ref().map(|path| self.read.load(path, load)).transpose();
+        let volume = volume.map_err(|error| RegisterError::Volume(Box::new(error)))?;
+        let (mut grid, hash) = match &volume {
+            Some(volume) => (Some(volume.0.grid), Some(Name::told(&volume.0.hash.to_string()))),
+            None => (None, self.ct_hash.clone()),
         };
-        let from = match &self.from_points {
+        let to = self.to.clone();
+        let to = to.unwrap_or_else(|| Name::told(if scened.is_some() { "ct" } else { "to" }));
+        if let Some(path) = &self.to_points {
+            touched_in(path, Some(&to))?;
+        }
+        let from = match self.from_points.as_ref().or(self.pairs.as_ref()) {
             Some(path) => touched_in(path, self.from.as_ref())?,
             None => self.from.clone(),
         };
         let Some(scened) = scened else {
             return Ok(Of {
-                to: self.to.clone().unwrap_or_else(|| Name::told("to")),
+                to,
                 from: from.unwrap_or_else(|| Name::told("from")),
                 ct_hash: hash,
                 marker: self.marker.clone(),
+                grid,
             });
         };
+        if to.as_str() == "ct" && grid.is_none() {
+            grid = scened.examined()?.map(|examined| examined.grid);
+        }
         Ok(Of {
-            to: self.to.clone().unwrap_or_else(|| Name::told("ct")),
+            grid,
+            to,
             from: from.unwrap_or_else(|| Name::told(scened.registered_from())),
             ct_hash: scened.ct_hash(hash.as_ref())?,
             marker: scened.registered_marker(self.marker.as_ref())?,
@@ -211,6 +221,8 @@ struct Of {
     from: Name,
     ct_hash: Option<Name>,
     marker: Option<Name>,
+    /// Of the CT that the points of `to` are of, where it was read.
+    grid: Option<VolumeGrid>,
 }
 
 fn request(args: RegisterArgs, of: Of) -> Request {
@@ -234,6 +246,7 @@ fn request(args: RegisterArgs, of: Of) -> Request {
         targets: args.target.into_iter().map(|target| target.0).collect(),
         to: of.to.0,
         from: of.from.0,
+        grid: of.grid,
         ct_hash: of.ct_hash.map(|name| name.0),
         marker: of.marker.map(|name| name.0),
         out: args.out,

@@ -63,6 +63,9 @@ pub struct RegistrationFile {
     /// What the error that all touches share, that of the tip's calibration, does to the transform. Files of before have none.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub shared: Option<SharedPart>,
+    /// The plane that the pairs lie in to their noise, as three always do. Files of before have none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub plane: Option<PlaneRecord>,
     /// Each pair in the order of the file.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub pairs: Vec<PairResult>,
@@ -80,6 +83,26 @@ pub struct RegistrationFile {
     /// The marker that the points were seen by, where it was told; checked likewise.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub marker: Option<String>,
+}
+
+/// A plane that the pairs lie in, to their noise: the pairs of a mirrored body fit as well, and put all that is off the plane on its other
+/// side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlaneRecord {
+    /// A point of it, the centre of the pairs, in `to`, mm.
+    pub point_mm: [f64; 3],
+    /// Its normal in `to`, of length 1.
+    pub normal: [f64; 3],
+    /// What that means, in words.
+    pub side: String,
+}
+
+impl PlaneRecord {
+    /// How far a point of `to` is off the plane, mm.
+    pub fn off_mm(&self, point_mm: [f64; 3]) -> f64 {
+        let along = |i: usize| (point_mm[i] - self.point_mm[i]) * self.normal[i];
+        (along(0) + along(1) + along(2)).abs()
+    }
 }
 
 /// The part of the registration's error that all its touches share.
@@ -143,6 +166,10 @@ pub struct Noise {
     pub sigma_mm: f64,
     /// From the residuals; else it was given.
     pub estimated: bool,
+    /// Of residuals that it was estimated from: covariance and predicted TRE are for the variance that these suggest times
+    /// `F_0.95(3, nu) / F_0.95(3, inf)`, as few residuals tell little of it. `null` where it was not estimated, and in files of before.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub degrees_of_freedom: Option<u32>,
     /// What it is made of where touches state their errors: covariance and predicted TRE then rest on those of each touch.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub touches: Option<TouchNoise>,
@@ -230,6 +257,29 @@ pub enum ReadError {
         /// Its `version`.
         version: u32,
     },
+    /// It says the same in two ways that differ.
+    #[error("reading the registration {path}: {source}: it was changed after it was written; register again")]
+    Differs {
+        /// The file.
+        path: PathBuf,
+        /// What differs.
+        source: calib::file::FileError,
+    },
+    /// It does not say what it was made for.
+    #[error(
+        "the registration {path} does not say of which {what} it is, and {expected:?} is used: register again with --{option}, or leave \
+         --{option} out"
+    )]
+    Untold {
+        /// The file.
+        path: PathBuf,
+        /// `CT` or `marker`.
+        what: &'static str,
+        /// The option that says it.
+        option: &'static str,
+        /// What it was to be used with.
+        expected: String,
+    },
     /// It is of another CT volume or marker.
     #[error(
         "the registration {path} is of {what} {found:?}, {expected:?} is used: register again, or take the file made for it"
@@ -271,14 +321,44 @@ impl RegistrationFile {
             path: path.to_owned(),
             source,
         })?;
-        if file.format == FORMAT && file.version == VERSION {
-            return Ok(file);
+        if file.format != FORMAT || file.version != VERSION {
+            return Err(ReadError::OtherFormat {
+                path: path.to_owned(),
+                format: file.format,
+                version: file.version,
+            });
         }
-        Err(ReadError::OtherFormat {
+        let value = serde_json::from_str(&source.text).map_err(|source| ReadError::Json {
             path: path.to_owned(),
-            format: file.format,
-            version: file.version,
-        })
+            source,
+        })?;
+        calib::file::agrees(&value).map_err(|source| ReadError::Differs {
+            path: path.to_owned(),
+            source,
+        })?;
+        Ok(file)
+    }
+
+    /// Refuses a registration that does not say the CT or the marker that a person names.
+    ///
+    /// # Errors
+    /// [`ReadError::Untold`].
+    pub fn tells(&self, path: &Path, ct_hash: Option<&str>, marker: Option<&str>) -> Result<(), ReadError> {
+        let both = [
+            ("CT", "ct-hash", &self.ct_hash, ct_hash),
+            ("marker", "marker", &self.marker, marker),
+        ];
+        for (what, option, found, expected) in both {
+            if let (None, Some(expected)) = (found, expected) {
+                return Err(ReadError::Untold {
+                    path: path.to_owned(),
+                    what,
+                    option,
+                    expected: expected.to_owned(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Refuses a registration made for another CT volume or another marker than those in use. What the file does not

@@ -2,10 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use geometry::VolumeGrid;
+
 use crate::input_files::source::Source;
 use crate::input_files::{pairs_csv, points_text};
+use crate::live::says_frame;
 use crate::register::duplicates;
-use crate::register::input_error::InputError;
+use crate::register::input_error::{InputError, LEAST_EXTENT_MM};
 use crate::register::row::Row;
 
 /// All pairs, and where they came from.
@@ -71,6 +74,9 @@ impl Input {
                 from: b.len(),
             });
         }
+        if a.iter().any(|point| point.error.is_some()) && !says_frame(&to.text) {
+            return Err(InputError::TouchesAsTo { path: to.path });
+        }
         let row = |(a, b): (points_text::Point, points_text::Point)| Row {
             lines: [a.line, b.line],
             to: a.mm,
@@ -83,6 +89,48 @@ impl Input {
             rows: a.into_iter().zip(b).map(row).collect(),
             sources: vec![("to", to), ("from", from)],
             has_weights: false,
+        })
+    }
+
+    /// Refuses points that are too near to one another to be a patient's in mm.
+    pub(crate) fn refuse_small(&self) -> Result<(), InputError> {
+        for side in ["to", "from"] {
+            let along = |i: usize| {
+                let values = || {
+                    self.rows
+                        .iter()
+                        .map(|row| if side == "to" { row.to[i] } else { row.from[i] })
+                };
+                values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
+            };
+            let extent_mm = along(0).hypot(along(1)).hypot(along(2));
+            if extent_mm < LEAST_EXTENT_MM {
+                return Err(InputError::TooSmall {
+                    files: self.names(),
+                    side,
+                    extent_mm,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses points of `to` that lie in no voxel of the CT that they are of.
+    pub(crate) fn refuse_outside(&self, grid: &VolumeGrid) -> Result<(), InputError> {
+        let is_outside = |row: &&Row| {
+            let [x, y, z] = row.to;
+            !grid.holds(geometry::Point::new(x, y, z))
+        };
+        let Some(row) = self.rows.iter().find(is_outside) else {
+            return Ok(());
+        };
+        let (low, high) = grid.bounds();
+        Err(InputError::OutsideCt {
+            path: self.path().to_owned(),
+            line: row.lines[0],
+            found: row.to,
+            low: low.mm(),
+            high: high.mm(),
         })
     }
 

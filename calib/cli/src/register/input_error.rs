@@ -12,6 +12,9 @@ const HEADER_HINT: &str = "The first line names the columns, in any order: from_
 /// The most pairs: leave-one-out residuals take the square of the number.
 pub(crate) const MAX_PAIRS: usize = 10_000;
 
+/// Points of a patient are further apart than this, mm: in metres a whole one is not.
+pub(crate) const LEAST_EXTENT_MM: f64 = 5.0;
+
 /// A field of a file.
 #[derive(Debug, Clone)]
 pub(crate) struct Place {
@@ -110,6 +113,34 @@ pub(crate) enum InputError {
         from_path: PathBuf,
         to: usize,
         from: usize,
+    },
+    /// What a touch says of its error is of the point of FROM alone.
+    #[error(
+        "reading {path}: it has the columns of touches (cxx to czz) as --to-points, and does not say that they are in the frame of --to; \
+         give touches as --from-points, and as --to-points plain points"
+    )]
+    TouchesAsTo { path: PathBuf },
+    /// Points that cannot be a patient's in mm.
+    #[error(
+        "reading {files}: the box around the {side} points is {extent_mm:.3} mm across, expected at least {LEAST_EXTENT_MM} mm; are they in metres? \
+         Give them in millimetres"
+    )]
+    TooSmall {
+        files: String,
+        side: &'static str,
+        extent_mm: f64,
+    },
+    /// A point that the CT does not show.
+    #[error(
+        "reading {path}: line {line}: the point {found:?} of the CT lies outside it; expected one within {low:.1?} to {high:.1?} mm (left, posterior, \
+         superior). Are its axes and its unit those of the CT?"
+    )]
+    OutsideCt {
+        path: PathBuf,
+        line: usize,
+        found: [f64; 3],
+        low: [f64; 3],
+        high: [f64; 3],
     },
     /// A pair is there twice, to the last digit.
     #[error(

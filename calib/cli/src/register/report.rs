@@ -2,7 +2,9 @@
 
 use crate::text::{line, mm, shown};
 
-use crate::register::file::{Certificate, PredictedTre, RegistrationFile};
+use calib::registration::few_residuals_factor;
+
+use crate::register::file::{Certificate, PlaneRecord, PredictedTre, RegistrationFile};
 use crate::register::residual_table;
 
 /// Below this the third singular value tells of a mirror image: of a perfect one it is the relative extent along the
@@ -101,6 +103,20 @@ pub(crate) fn accuracy(text: &mut String, file: &RegistrationFile) {
             false => "given",
         };
         line!(text, "noise            {} mm per axis, {origin}", mm(noise.sigma_mm));
+        if let Some(freedom) = noise.degrees_of_freedom {
+            line!(
+                text,
+                "                 from {freedom} degrees of freedom: errors are predicted for {:.2} times that noise",
+                few_residuals_factor(freedom).sqrt()
+            );
+        }
+        if let (true, Some(tolerance)) = (noise.estimated, file.robust_tolerance_mm) {
+            line!(
+                text,
+                "                 and from pairs within {tolerance} mm alone: TOO SMALL, as errors with it, where that cut off true errors; \
+                 give --noise-mm, or a tolerance of four times the noise"
+            );
+        }
     }
     match &file.covariance {
         Some(covariance) => deviations(text, file, covariance),
@@ -108,11 +124,34 @@ pub(crate) fn accuracy(text: &mut String, file: &RegistrationFile) {
             line!(text, "deviations       unknown: the points lie on a line to rounding");
         }
     }
+    if let Some(plane) = &file.plane {
+        mirrored(text, file, plane);
+    }
     for tre in &file.predicted_tre {
         let PredictedTre { at, point_mm, rms_mm } = tre;
         let rms = rms_mm.map_or("unbounded".to_owned(), |rms| format!("{} mm rms", mm(rms)));
         line!(text, "predicted TRE    {rms} at {} ({at})", three(*point_mm, 3));
     }
+}
+
+/// That a mirrored body would not be told from this one, and how far off the targets would be by it.
+fn mirrored(text: &mut String, file: &RegistrationFile, plane: &PlaneRecord) {
+    line!(text, "WARNING          {}", shown(&plane.side));
+    for tre in file.predicted_tre.iter().filter(|tre| tre.at == "target") {
+        let off = 2.0 * plane.off_mm(tre.point_mm);
+        if tre.rms_mm.is_none_or(|rms| off > 2.0 * rms) {
+            line!(
+                text,
+                "                 the target {} would be {} mm off, and no residual would show it",
+                three(tre.point_mm, 3),
+                mm(off)
+            );
+        }
+    }
+    line!(
+        text,
+        "                 check it at a known point off that plane, or touch one more point off it"
+    );
 }
 
 fn deviations(text: &mut String, file: &RegistrationFile, covariance: &[[f64; 6]; 6]) {

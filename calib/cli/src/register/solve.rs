@@ -1,8 +1,8 @@
 //! From the pairs that were read to the registration, by the options of the command line.
 
 use calib::registration::{
-    Method, Noise, PairError, Pairs, Propagated, Refused, Registration, fit_scaled, propagated, register,
-    register_robust, rms_at,
+    Method, Mirror, Noise, PairError, Pairs, Propagated, Refused, Registration, few_residuals_factor, fit_scaled,
+    propagated, register, register_robust, rms_at,
 };
 use geometry::{Frame, Point};
 use nalgebra::{Matrix3, Matrix6};
@@ -56,10 +56,22 @@ pub(crate) struct Solution {
     pub(crate) weights: Vec<f64>,
     pub(crate) inliers: Option<Vec<bool>>,
     pub(crate) noise: Noise,
+    /// Of the residuals, where `noise` was estimated from them, and the noise that covariance and predictions are for: larger, as few
+    /// residuals tell little of it ([`few_residuals_factor`]).
+    pub(crate) estimated: Option<Estimated>,
     /// The covariance where errors are known pair by pair; else it is by `noise`.
     pub(crate) by_pairs: Option<Propagated>,
     /// What the errors are made of, where touches state theirs.
     pub(crate) touches: Option<TouchNoise>,
+    /// The plane that mirrors the body into one which the pairs do not tell from it.
+    pub(crate) plane: Option<Mirror<To>>,
+}
+
+/// A noise that residuals suggest.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Estimated {
+    pub(crate) freedom: u32,
+    pub(crate) allowed: Noise,
 }
 
 /// Why there is no solution.
@@ -140,28 +152,32 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
     }
     // A scale is of points in other units, which no touches are.
     if let Some(stated) = stated(rows).filter(|_| !options.scale) {
-        let (errors, touches, noise) = of_touches(&registration, &weights, &stated, options);
+        let (errors, touches, noise, estimated) = of_touches(&registration, &weights, &stated, options);
         let used = Pairs::new(&to, &from)?.weighted(&weights)?;
         let by_pairs = propagated(&registration.fit, used, &errors);
         return Ok(Solution {
-            registration,
             scale,
             weights,
             inliers,
+            plane: registration.undecided_mirror(estimated.map_or(noise, |of| of.allowed)),
             noise,
+            estimated,
             by_pairs,
             touches: Some(touches),
+            registration,
         });
     }
-    let noise = noise(&registration, &weights, options);
+    let (noise, estimated) = noise(&registration, options);
     Ok(Solution {
-        registration,
         scale,
         weights,
         inliers,
+        plane: registration.undecided_mirror(estimated.map_or(noise, |of| of.allowed)),
         noise,
+        estimated,
         by_pairs: None,
         touches: None,
+        registration,
     })
 }
 
@@ -177,7 +193,7 @@ fn of_touches(
     weights: &[f64],
     stated: &[StatedError],
     options: &Options,
-) -> (Vec<PairError>, TouchNoise, Noise) {
+) -> (Vec<PairError>, TouchNoise, Noise, Option<Estimated>) {
     let used = || {
         stated
             .iter()
@@ -191,14 +207,16 @@ fn of_touches(
     };
     let own_mm = rms(&StatedError::own);
     // Residuals have each touch's own error in them and not what all share: what is left of them is of the hand and of the point.
-    let rest_mm = match options.noise_mm {
-        Some(given) => given,
-        None => {
-            let left = registration.estimated_noise().sigma_mm.powi(2) - own_mm * own_mm;
-            left.max(0.0).sqrt().max(options.least_noise_mm.unwrap_or(0.0))
-        }
+    let freedom = registration.freedom();
+    let left_mm = |factor: f64| {
+        let left = factor * registration.estimated_noise().sigma_mm.powi(2) - own_mm * own_mm;
+        left.max(0.0).sqrt().max(options.least_noise_mm.unwrap_or(0.0))
     };
-    let rest = Matrix3::identity() * (rest_mm * rest_mm);
+    let (rest_mm, allowed_mm) = match options.noise_mm {
+        Some(given) => (given, given),
+        None => (left_mm(1.0), left_mm(few_residuals_factor(freedom))),
+    };
+    let rest = Matrix3::identity() * (allowed_mm * allowed_mm);
     let errors: Vec<PairError> = stated
         .iter()
         .map(|error| PairError {
@@ -213,10 +231,14 @@ fn of_touches(
         hand_mm: rest_mm,
         bead_mm: 0.0,
     };
-    let noise = Noise {
+    let noise = |rest_mm: f64| Noise {
         sigma_mm: rms(&|error| error.covariance).hypot(rest_mm),
     };
-    (errors, touches, noise)
+    let estimated = options.is_estimate(allowed_mm).then(|| Estimated {
+        freedom,
+        allowed: noise(allowed_mm),
+    });
+    (errors, touches, noise(rest_mm), estimated)
 }
 
 fn point<F>([x, y, z]: [f64; 3]) -> Point<F> {
@@ -245,43 +267,50 @@ fn scaled(
     Ok((registration, scale))
 }
 
-fn noise(registration: &Registration<To, From>, weights: &[f64], options: &Options) -> Noise {
+/// The noise, and what is made of it where it is estimated.
+fn noise(registration: &Registration<To, From>, options: &Options) -> (Noise, Option<Estimated>) {
     if let Some(sigma_mm) = options.noise_mm {
-        return Noise { sigma_mm };
+        return (Noise { sigma_mm }, None);
     }
     let Noise { sigma_mm } = registration.estimated_noise();
     // The scale is a seventh parameter that was fitted.
-    let n = weights.iter().filter(|w| **w > 0.0).count() as f64;
-    let freedom = if options.scale {
-        (3.0 * n - 6.0) / (3.0 * n - 7.0)
-    } else {
-        1.0
+    let freedom = registration.freedom() - u32::from(options.scale);
+    let own_mm = sigma_mm * (f64::from(registration.freedom()) / f64::from(freedom)).sqrt();
+    let at_least = |sigma_mm: f64| Noise {
+        sigma_mm: sigma_mm.max(options.least_noise_mm.unwrap_or(0.0)),
     };
-    Noise {
-        sigma_mm: f64::max(sigma_mm * freedom.sqrt(), options.least_noise_mm.unwrap_or(0.0)),
-    }
+    let allowed = at_least(own_mm * few_residuals_factor(freedom).sqrt());
+    let estimated = options
+        .is_estimate(allowed.sigma_mm)
+        .then_some(Estimated { freedom, allowed });
+    (at_least(own_mm), estimated)
 }
 
 impl Options {
     /// Whether a deviation is what the residuals suggest.
-    pub(crate) fn is_estimate(&self, sigma_mm: f64) -> bool {
+    fn is_estimate(&self, sigma_mm: f64) -> bool {
         self.noise_mm.is_none() && self.least_noise_mm.is_none_or(|least| sigma_mm > least)
     }
 }
 
 impl Solution {
+    /// The noise that errors are predicted for.
+    fn allowed(&self) -> Noise {
+        self.estimated.map_or(self.noise, |of| of.allowed)
+    }
+
     /// Covariance of the transform; `None` where the points lie on a line to rounding.
     pub(crate) fn covariance(&self) -> Option<Matrix6<f64>> {
         self.by_pairs
             .map(|of| of.covariance)
-            .or_else(|| self.registration.covariance(self.noise))
+            .or_else(|| self.registration.covariance(self.allowed()))
     }
 
     /// Root mean square error predicted at a point of `To`, mm.
     pub(crate) fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
         match &self.by_pairs {
             Some(of) => rms_at(&of.covariance, target),
-            None => self.registration.predicted_tre_mm(self.noise, target),
+            None => self.registration.predicted_tre_mm(self.allowed(), target),
         }
     }
 

@@ -12,11 +12,14 @@ use ultrasound::Shape;
 use super::error::SurfaceCommandError;
 use super::points::Shared;
 use crate::commands::probe::{ImagesRecord, ProbeFile, celsius_of};
+use crate::input_files::source::comments;
 
 /// An image of pixels that differ by more than this share from those of the calibration was made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
-/// The second line of a file of points that a probe saw begins so; its calibration's id follows, and what nothing compared.
+/// A comment of a file of points that a probe saw, the second, begins so; its calibration's id follows, and what nothing compared.
 const BY_PROBE: &str = "# by the probe's calibration ";
+/// What a comment that is meant to be that one begins with, behind its `#`.
+const MEANT: &str = "by the probe";
 /// In the place of an id where the calibration was a matrix.
 const BY_MATRIX: &str = "none, a matrix";
 const UNCHECKED: &str = "; not compared: ";
@@ -24,15 +27,21 @@ const UNCHECKED: &str = "; not compared: ";
 /// Refuses points that a calibrated probe saw where its calibration is not given: without it their errors are told too small, and nothing
 /// is held against a mirrored picture.
 pub(super) fn without_probe(points: &Path, text: &str) -> Result<(), SurfaceCommandError> {
-    let said = text.lines().take(2).find_map(|line| line.strip_prefix(BY_PROBE));
-    let id = said.map(|said| said.split_once(UNCHECKED).map_or(said, |(id, _)| id));
-    match id.filter(|id| *id != BY_MATRIX) {
+    let mut ids = said(text).map(|said| said.split_once(UNCHECKED).map_or(said, |(id, _)| id));
+    match ids.find(|id| *id != BY_MATRIX) {
         None => Ok(()),
         Some(found) => Err(SurfaceCommandError::NeedsProbe {
             points: points.to_owned(),
             found: found.chars().take(64).collect(),
         }),
     }
+}
+
+/// What the comments of a file of points say of the probe's calibration: one that says it in another way is told whole, and by that is the
+/// id of none.
+fn said(text: &str) -> impl Iterator<Item = &str> {
+    let meant = comments(text).filter(|(_, line)| line[1..].trim_start().starts_with(MEANT));
+    meant.map(|(_, line)| line.strip_prefix(BY_PROBE).unwrap_or(line))
 }
 
 /// A probe's calibration.
@@ -221,8 +230,9 @@ impl Calibrated {
         text: &str,
         is_accepted: bool,
     ) -> Result<Option<String>, SurfaceCommandError> {
-        let said = text.lines().take(2).find_map(|line| line.strip_prefix(BY_PROBE));
-        let Some(said) = said else {
+        let id = |said: &&str| said.split_once(UNCHECKED).map_or(*said, |(id, _)| id) == self.id;
+        // Of several, one that is not this calibration's.
+        let Some(said) = said(text).find(|said| !id(said)).or_else(|| said(text).next()) else {
             let what = "that its points were made with this calibration";
             return match is_accepted {
                 true => Ok(Some(format!("{} does not say {what}", points.display()))),

@@ -47,6 +47,7 @@ pub(super) fn describe(made: &Made<'_>) -> RegistrationFile {
         predicted_tre: predicted_tre(made),
         robust_tolerance_mm: None,
         shared: shared_part(made),
+        plane: None,
         pairs: Vec::new(),
         surface: Some(surface(made)),
         inputs: inputs(made),

@@ -224,6 +224,7 @@ fn wrong_poses_that_look_right_are_refused() {
     let mut guess: serde_json::Value = serde_json::from_str(&text).unwrap();
     let x = guess["transform"]["translation_mm"][0].as_f64().unwrap();
     guess["transform"]["translation_mm"][0] = (x + 8.0).into();
+    guess["transform"]["matrix"][0][3] = (x + 8.0).into();
     fs::write(desk.path("guess.json"), guess.to_string()).unwrap();
     for (words, expected) in [
         (

@@ -235,4 +235,15 @@ fn points_of_a_calibrated_probe_are_not_taken_without_it() {
     };
     assert_eq!(words(&matrix.comment()), Ok(()));
     assert_eq!(words("1,2,3"), Ok(()));
+    // A note above, a byte order mark and a changed letter turned this off.
+    for changed in [
+        format!("# ward 4\n\n{seen}"),
+        format!("  {seen}  "),
+        seen.replace("# by", "#by"),
+        seen.replace("calibration", "calibrations"),
+        format!("{}\n{seen}", matrix.comment()),
+    ] {
+        assert!(words(&changed).unwrap_err().contains("say --probe"), "{changed}");
+    }
+    assert!(without_probe("p.csv".as_ref(), &format!("\u{feff}{seen}\nx,y,z\n")).is_err());
 }
