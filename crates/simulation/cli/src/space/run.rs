@@ -1,5 +1,6 @@
 //! The stroke: from state to state, each in equilibrium, each with the numbers that it rests on.
 
+mod parts;
 mod search;
 
 use nalgebra::Vector3;
@@ -11,10 +12,16 @@ use simulation::sparse::Dissection;
 use super::tissue::{self, Between};
 use crate::output::OutputError;
 use crate::run::Stopwatch;
+use parts::Parts;
 use search::Search;
 
 /// The largest free force over the largest load.
 pub(super) const TOLERANCE: f64 = 1e-8;
+
+/// A part of a step is no shorter than this part of a voxel's least side, as nearer than that nothing is known of an organ's shape; but steps
+/// that are short themselves are halved four times too.
+const LEAST_OF_VOXEL: f64 = 1.0 / 32.0;
+const LEAST_OF_STEP: f64 = 1.0 / 16.0;
 
 /// What the tissue does to the tube, in the patient's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,12 +110,9 @@ fn strokes(
         Ok(newton) => newton,
         Err(why) => return Ok(Err(why)),
     };
-    let mut search = Search {
-        newton,
-        a: model.system.initial(),
-        done: 0.0,
-        stroke: 0.0,
-    };
+    let least = (LEAST_OF_VOXEL * labels.spacing.min()).min(LEAST_OF_STEP * model.way.step);
+    let parts = Parts::new(least, model.way.step);
+    let mut search = Search::new(newton, model.system.initial(), parts);
     let strokes = model.way.strokes();
     for (k, stroke) in strokes.iter().enumerate() {
         let began = Stopwatch::start();
@@ -143,9 +147,10 @@ fn strokes(
 /// Why a search ended, how far the one before came, and what the tissue is like where this one stopped.
 fn ended(why: &NoEquilibrium, search: &Search, tissue: &str) -> String {
     format!(
-        "{}. The last equilibrium is {:.2} mm along the stroke. Where the search ended, at {:.2} mm: {}",
+        "{}. The last equilibrium is {:.3} mm along the stroke, and no part of {:.3} mm or more leads on. Where the search ended, at {:.3} mm: {}",
         advice(why),
         search.done,
+        search.parts.least(),
         search.stroke,
         tissue.trim_end()
     )
