@@ -10,6 +10,7 @@
 //! below is held while a step is made: were it a function of the pose, points would be drawn to where the surface shows them their
 //! widest side.
 
+mod beyond;
 mod equations;
 mod exact;
 mod problem;
@@ -17,6 +18,7 @@ mod schedule;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
+pub(crate) use beyond::{MOST_BEYOND, Say};
 pub(crate) use exact::Exact;
 pub(crate) use problem::{Distances, Problem};
 pub(crate) use schedule::{Ended, Noise, Solver, Stage};

@@ -5,8 +5,8 @@ mod triangle;
 
 use nalgebra::Vector3;
 
-pub(crate) use triangle::{Foot, Triangle};
-use triangle::{Near, Normals};
+use triangle::Near;
+pub(crate) use triangle::{Foot, Normals, Triangle};
 
 /// Triangles in a leaf, at most.
 const LEAF: usize = 4;
@@ -58,6 +58,11 @@ impl Tree {
 
     pub(crate) fn triangles(&self) -> impl Iterator<Item = &Triangle> {
         self.triangles.iter()
+    }
+
+    /// All triangles with what is known at their places.
+    pub(crate) fn faces(&self) -> impl Iterator<Item = (&Triangle, &Normals)> {
+        self.triangles.iter().zip(&self.normals)
     }
 
     /// The opposite corners of the box of everything.

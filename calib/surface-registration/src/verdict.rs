@@ -10,6 +10,7 @@ use geometry::{Frame, Point};
 
 use crate::free::{Free, free};
 use crate::register::SurfaceRegistration;
+use crate::solve::MOST_BEYOND;
 use crate::tail::{Tail, tail};
 
 /// What a registration must keep.
@@ -56,7 +57,7 @@ impl Default for Limits {
             least_share: 0.5,
             least_kept: 15.0,
             most_facing_away: 0.3,
-            most_beyond: 0.3,
+            most_beyond: MOST_BEYOND,
             most_tre_mm: 2.0,
             least_hits: 3,
             most_landmark_ratio: 5.0,

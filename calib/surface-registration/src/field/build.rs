@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::rows::{Lattice, Rows};
 use super::{Field, FieldError, MOST_NODES, Rough, Spacing};
-use crate::tree::{Tree, Triangle};
+use crate::tree::{Normals, Tree, Triangle};
 
 /// Nodes within so many spacings of a triangle get their exact distance.
 const EXACT: f64 = 1.5;
@@ -16,11 +16,14 @@ struct Near {
     foot: [f32; 3],
     /// Square of its distance.
     distance2: f32,
+    /// Whether it is on an open border.
+    is_open: bool,
 }
 
 const UNKNOWN: Near = Near {
     foot: [0.0; 3],
     distance2: f32::INFINITY,
+    is_open: false,
 };
 
 impl Near {
@@ -30,10 +33,7 @@ impl Near {
         let off = [x - from.foot[0], y - from.foot[1], z - from.foot[2]];
         let distance2 = off[0] * off[0] + off[1] * off[1] + off[2] * off[2];
         if distance2 < self.distance2 && from.distance2 < f32::INFINITY {
-            *self = Self {
-                foot: from.foot,
-                distance2,
-            };
+            *self = Self { distance2, ..*from };
         }
     }
 }
@@ -72,8 +72,8 @@ pub(super) fn build(
         size,
         near: vec![UNKNOWN; total],
     };
-    for triangle in tree.triangles() {
-        nodes.take(triangle);
+    for (triangle, normals) in tree.faces() {
+        nodes.take(triangle, normals);
     }
     nodes.spread();
     let solid = tree.triangles().map(|t| [t.a, t.b, t.c]).chain(caps.iter().copied());
@@ -87,12 +87,16 @@ pub(super) fn build(
     } else {
         nodes.by_winding(&Rows::new(solid, lattice))
     };
+    let open: Vec<bool> = nodes.near.iter().map(|near| near.is_open).collect();
+    // Of a closed surface no look need ask.
+    let open = if open.contains(&true) { open } else { Vec::new() };
     Ok(Field {
         spacing,
         origin,
         nodes: size,
         rough: Rough::new(h, size, &values),
         values,
+        open,
     })
 }
 
@@ -116,7 +120,7 @@ impl Nodes {
     }
 
     /// The exact distances of the nodes around a triangle.
-    fn take(&mut self, t: &Triangle) {
+    fn take(&mut self, t: &Triangle, normals: &Normals) {
         let (h, reach) = (self.spacing, EXACT * self.spacing);
         let least = t.a.inf(&t.b).inf(&t.c) - self.origin;
         let most = t.a.sup(&t.b).sup(&t.c) - self.origin;
@@ -134,6 +138,7 @@ impl Nodes {
                         *near = Near {
                             foot: [from.x as f32, from.y as f32, from.z as f32],
                             distance2: foot.distance2 as f32,
+                            is_open: normals.is_open(&foot),
                         };
                     }
                 }

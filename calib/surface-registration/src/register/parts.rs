@@ -1,9 +1,7 @@
 //! Each point's part in a fit, and what all of them say of its scatter.
 
-use nalgebra::Vector3;
-
 use crate::kernel::tukey_variance;
-use crate::solve::{Exact, Problem, Solver, State};
+use crate::solve::{Exact, Problem, Say, Solver, State};
 
 /// What became of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,21 +40,23 @@ pub(crate) const FREE_MM: f64 = 1000.0;
 
 /// The part of a point.
 pub(super) fn one(problem: &Problem<'_, Exact<'_>>, i: usize, state: &State) -> PointResult {
-    let (s, slope, has_say) = problem.residual(i, state);
+    let (s, _, say) = problem.residual(i, state);
     let (_, weight) = problem.kernel.at(s * s);
-    let n = Vector3::new(slope[3], slope[4], slope[5]);
-    let faces = n.dot(&(state.turn * problem.cloud.beams[i])) <= problem.facing.unwrap_or(1.0) * n.norm();
-    let class = match (has_say, faces) {
-        (false, false) => Class::FacesAway,
-        (false, true) => Class::Beyond,
-        _ if weight > 0.0 => Class::Kept,
-        _ if s > 0.0 => Class::InFront,
-        _ => Class::Behind,
+    let class = match say {
+        Say::FacesAway => Class::FacesAway,
+        Say::Beyond => Class::Beyond,
+        Say::Has if weight > 0.0 => Class::Kept,
+        Say::Has if s > 0.0 => Class::InFront,
+        Say::Has => Class::Behind,
     };
     PointResult {
         residual_mm: s / problem.sharp[i],
         deviations: s,
-        weight: if has_say { weight * problem.cloud.votes[i] } else { 0.0 },
+        weight: if say == Say::Has {
+            weight * problem.cloud.votes[i]
+        } else {
+            0.0
+        },
         class,
     }
 }

@@ -17,7 +17,7 @@ use super::rows::Rows;
 pub struct Other<To: Frame, From: Frame> {
     /// The pose there.
     pub transform: Rigid<To, From>,
-    /// By how much its cost is higher, squares of deviations.
+    /// By how much its cost is higher, squares of deviations, of the points that lie beside the surface alone.
     pub margin: f64,
     /// How far it is from the result, mm: root mean square over a ball of the points' radius.
     pub apart_mm: f64,
@@ -55,7 +55,7 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub share_facing_away: f64,
     /// Share of the points whose nearest place is an open border.
     pub share_beyond: f64,
-    /// Cost, squares of deviations.
+    /// Cost, squares of deviations, points beyond an open border at the price of the others.
     pub cost: f64,
     /// Steps of the last fit.
     pub steps: usize,
@@ -125,6 +125,13 @@ pub(super) fn result<To: Frame, From: Frame>(
     let uncertain = Uncertain::from_covariance_about(centre, pose, about).map_err(|_| nowhere())?;
     let (mut others, mut hits) = (Vec::new(), best.hits);
     let inverse = about.cholesky().map(|c| c.inverse());
+    let total: f64 = cloud.votes.iter().sum();
+    let share = |class: Class| {
+        let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
+        own.map(|(_, vote)| vote).sum::<f64>() / total
+    };
+    // Points beyond a border say nothing, and their price must not make a difference look greater.
+    let known = 1.0 - share(Class::Beyond);
     for other in &searched.minima[1..] {
         // What lies within the error that is promised is no other answer: the same one, with another point left out.
         if inverse.is_some_and(|inverse| off(&other.ended.state, &state, &inverse) < SAME_CHI2) {
@@ -133,16 +140,11 @@ pub(super) fn result<To: Frame, From: Frame>(
         }
         others.push(Other {
             transform: transform(&other.ended.state, points)?,
-            margin: other.ended.cost - best.ended.cost,
+            margin: (other.ended.cost - best.ended.cost) * known,
             apart_mm: apart_mm(&other.ended.state, &state, cloud.radius_mm),
             hits: other.hits,
         });
     }
-    let total: f64 = cloud.votes.iter().sum();
-    let share = |class: Class| {
-        let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
-        own.map(|(_, vote)| vote).sum::<f64>() / total
-    };
     let (halves, order) = halves(solver, cloud, points.shared(), noise, &state);
     Ok(SurfaceRegistration {
         transform: uncertain,

@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use crate::solve::{Exact, Matrix8, Problem, State, Vector8};
+use crate::solve::{Exact, Matrix8, Problem, Say, State, Vector8};
 
 /// One point that has a say.
 pub(super) struct Row {
@@ -26,9 +26,9 @@ impl Rows {
         let cloud = problem.cloud;
         let mut rows = Vec::with_capacity(cloud.len());
         for i in 0..cloud.len() {
-            let (s, slope, has_say) = problem.residual(i, state);
+            let (s, slope, say) = problem.residual(i, state);
             let weight = problem.kernel.at(s * s).1 * cloud.votes[i];
-            if !has_say || weight <= 0.0 {
+            if say != Say::Has || weight <= 0.0 {
                 continue;
             }
             let smooth = problem.distances.smooth(i).map(|(n, _)| n);

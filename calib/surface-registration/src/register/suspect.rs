@@ -2,7 +2,7 @@
 
 use crate::kernel::Kernel;
 use crate::points::Cloud;
-use crate::solve::{Matrix8, Noise, Problem, Solver, State, Vector8};
+use crate::solve::{Matrix8, Noise, Problem, Say, Solver, State, Vector8};
 
 /// Steps between places that are looked at, shares of all points; the first and the last place.
 const STEP: f64 = 0.05;
@@ -49,16 +49,18 @@ struct Scored {
 /// that moved far the one part is left out, and gross errors know of no order.
 fn left_out(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) -> Option<(f64, usize)> {
     let problem = solver.on_field(cloud, noise);
+    // Each point's vote, and as much of it as fits; of one beyond an open border it is not known whether it would.
     let fits = |i: usize| {
-        let (s, _, has_say) = problem.residual(i, state);
-        f64::from(u8::from(has_say && s.abs() < 3.0)) * cloud.votes[i]
+        let (s, _, say) = problem.residual(i, state);
+        let vote = if say == Say::Beyond { 0.0 } else { cloud.votes[i] };
+        (vote, f64::from(u8::from(say == Say::Has && s.abs() < 3.0)) * vote)
     };
-    let each: Vec<f64> = (0..cloud.len()).map(fits).collect();
-    let (total, fit): (f64, f64) = (cloud.votes.iter().sum(), each.iter().sum());
+    let each: Vec<(f64, f64)> = (0..cloud.len()).map(fits).collect();
+    let (total, fit) = each.iter().fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
     let share = fit / total;
     let (mut votes, mut before) = (0.0, 0.0);
     let mut best: Option<(f64, usize)> = None;
-    for (i, own) in each.iter().enumerate() {
+    for (i, (vote, own)) in each.iter().enumerate() {
         let rest = total - votes;
         // The places are those between which scores are summed, but each point is one.
         if votes >= LEAST_PART.max(ENDS[0] * total) && rest >= LEAST_PART.max((1.0 - ENDS[1]) * total) {
@@ -68,7 +70,7 @@ fn left_out(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State) ->
                 best = Some((2.0 * square, i));
             }
         }
-        votes += cloud.votes[i];
+        votes += vote;
         before += own;
     }
     best
@@ -94,8 +96,10 @@ fn suspect_by(solver: &Solver<'_>, cloud: &Cloud, noise: &Noise, state: &State, 
         while votes >= next * total {
             next += STEP;
         }
-        let (s, slope, has_say) = problem.residual(i, state);
-        if has_say && let Some(part) = parts.last_mut() {
+        let (s, slope, say) = problem.residual(i, state);
+        if say == Say::Has
+            && let Some(part) = parts.last_mut()
+        {
             part.add(&slope, s, cloud.votes[i] * problem.kernel.at(s * s).1);
         }
         votes += cloud.votes[i];

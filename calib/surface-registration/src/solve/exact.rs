@@ -92,7 +92,7 @@ impl Distances for Exact<'_> {
                 // are, is below 0.87 of its side; nodes are too long by less than a tenth.
                 let (d, n) = self.field.look(p);
                 if d.abs() > reach_mm + self.field.spacing().spacing_mm {
-                    return (d, n, false);
+                    return (d, n, self.field.is_beyond(p));
                 }
                 self.find(looked, p, d.abs())
             };

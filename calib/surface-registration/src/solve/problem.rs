@@ -3,6 +3,7 @@
 use fit::Step;
 use nalgebra::Vector3;
 
+use super::beyond::{Say, beyond_cost};
 use super::equations::Sums;
 use super::{Anchor, Matrix8, Priors, State, UNKNOWNS, Vector8};
 use crate::points::Cloud;
@@ -22,7 +23,7 @@ impl Distances for Field {
     #[inline]
     fn look(&self, _: usize, p: &Vector3<f64>, _: f64) -> (f64, Vector3<f64>, bool) {
         let (d, n) = Field::look(self, p);
-        (d, n, false)
+        (d, n, self.is_beyond(p))
     }
 }
 
@@ -78,7 +79,7 @@ const INNER_ROUNDS: usize = 12;
 impl<D: Distances> Problem<'_, D> {
     /// The residual of a point in deviations with its derivative, and whether it may have a say.
     #[inline]
-    pub(crate) fn residual(&self, i: usize, state: &State) -> (f64, Vector8, bool) {
+    pub(crate) fn residual(&self, i: usize, state: &State) -> (f64, Vector8, Say) {
         let cloud = self.cloud;
         let beam = state.turn * cloud.deep[i];
         let arm = state.turn * cloud.places[i] - beam * state.scale;
@@ -87,11 +88,13 @@ impl<D: Distances> Problem<'_, D> {
         let (d, n, is_open) = self.distances.look(i, &(arm + state.shift), reach);
         let w = arm.cross(&n);
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
-        let faces = self
-            .facing
-            .is_none_or(|limit| n.dot(&(state.turn * cloud.beams[i])) <= limit);
+        let say = match self.facing {
+            Some(_) if is_open => Say::Beyond,
+            Some(limit) if n.dot(&(state.turn * cloud.beams[i])) > limit => Say::FacesAway,
+            _ => Say::Has,
+        };
         let bend = self.bends.get(i).copied().unwrap_or(0.0);
-        ((d - bend - state.offset) * sharp, slope, faces && !is_open)
+        ((d - bend - state.offset) * sharp, slope, say)
     }
 
     /// The derivative of a point's residual by the unknowns, the distance's gradient being `n`.
@@ -107,10 +110,16 @@ impl<D: Distances> Problem<'_, D> {
         let mut cost = 0.0;
         let mut sums = Sums::new();
         let mut rows = Vec::with_capacity(if self.is_dear { self.cloud.len() } else { 0 });
+        let (mut known, mut beyond) = (0.0, 0.0);
         for i in 0..self.cloud.len() {
-            let (s, j, has_say) = self.residual(i, state);
+            let (s, j, say) = self.residual(i, state);
             let vote = self.cloud.votes[i];
-            if !has_say {
+            if say == Say::Beyond {
+                beyond += vote;
+                continue;
+            }
+            known += vote;
+            if say == Say::FacesAway {
                 // As dear as one infinitely far away: nothing is gained by turning a point's back to the bone.
                 cost += vote * self.kernel.most();
                 continue;
@@ -129,6 +138,7 @@ impl<D: Distances> Problem<'_, D> {
                 });
             }
         }
+        cost += beyond_cost(cost, known, beyond, self.kernel.most());
         let (matrix, slope) = sums.whole();
         let mut at = At {
             matrix,

@@ -114,18 +114,28 @@ impl Triangle {
 impl Normals {
     /// The nearest place with what is known there.
     pub(super) fn foot(&self, near: &Near, triangle: u32) -> Foot {
-        let (normal, bit) = match near.part {
-            Part::Face => (self.face, 0),
-            Part::Edge(k) => (wide(self.edges[k]), 1 << k),
-            Part::Corner(k) => (wide(self.corners[k]), 8 << k),
+        let normal = match near.part {
+            Part::Face => self.face,
+            Part::Edge(k) => wide(self.edges[k]),
+            Part::Corner(k) => wide(self.corners[k]),
         };
         Foot {
             distance2: near.distance2,
             place: near.place,
             triangle,
             normal,
-            is_open: self.open & bit != 0,
+            is_open: self.is_open(near),
         }
+    }
+
+    /// Whether a place is on an open border.
+    pub(crate) fn is_open(&self, near: &Near) -> bool {
+        let bit = match near.part {
+            Part::Face => 0,
+            Part::Edge(k) => 1 << k,
+            Part::Corner(k) => 8 << k,
+        };
+        self.open & bit != 0
     }
 
     /// The normal, at a place of its triangle, of the smooth surface that the facets stand for: between those of the corners (Phong 1975).

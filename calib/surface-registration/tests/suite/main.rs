@@ -10,6 +10,7 @@ mod common;
 mod shapes;
 
 mod bad_input;
+mod border;
 mod distances;
 mod free;
 mod moved;
