@@ -328,6 +328,24 @@ fn the_known_surface_gives_its_known_matrix() {
         return;
     };
     let world = World::new();
+    // A surface of 0.2 units, as it stands refused as one of metres: taken for one.
+    let in_mm = |name: &str, path: &Path| {
+        let row = |line: &str| {
+            line.split_whitespace()
+                .map(|x| (1000.0 * x.parse::<f64>().unwrap()).to_string())
+                .collect::<Vec<_>>()
+                .join(" ")
+        };
+        world.file(
+            name,
+            &fs::read_to_string(path)
+                .unwrap()
+                .lines()
+                .map(|line| row(line) + "\n")
+                .collect::<String>(),
+        )
+    };
+    let [to, from] = [in_mm("to.txt", &to), in_mm("from.txt", &from)];
     let arguments = [
         "--to-points",
         to.to_str().unwrap(),
@@ -338,15 +356,16 @@ fn the_known_surface_gives_its_known_matrix() {
     println!("{report}");
     let known = fs::read_to_string(matrix).unwrap();
     let known: Vec<f64> = known.split_whitespace().map(|x| x.parse().unwrap()).collect();
-    for (row, known) in file.transform.matrix.iter().zip(known.chunks(4)) {
-        for (found, known) in row.iter().zip(known) {
+    for (row, known) in file.transform.matrix.iter().zip(known.chunks(4)).take(3) {
+        for (column, (found, known)) in row.iter().zip(known).enumerate() {
+            let found = if column == 3 { found / 1000.0 } else { *found };
             // It is printed with four decimals.
             assert!((found - known).abs() < 0.5e-4 + 1e-6, "{found} for {known}");
         }
     }
     assert_eq!(file.pairs.len(), 2205);
-    // Coordinates are printed with six digits: the last is 1e-6 at 0.1 to 1, so that one axis is off by at most 5e-7.
-    assert!(file.fre_rms_mm < 5e-7 && file.fre_max_mm < 1e-6, "{report}");
+    // Coordinates are printed with six digits: the last is 1e-6 at 0.1 to 1, of 1000 mm, so that one axis is off by at most 5e-4 mm.
+    assert!(file.fre_rms_mm < 5e-4 && file.fre_max_mm < 1e-3, "{report}");
     assert!(file.certificate.unwrap().global_optimum);
 }
 
