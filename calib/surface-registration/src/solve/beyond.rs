@@ -31,7 +31,13 @@ pub(super) fn beyond_cost(cost: f64, known: f64, beyond: f64, most: f64) -> f64 
 
 #[cfg(test)]
 mod tests {
+    use geometry::{Point, Tracker};
+    use nalgebra::{Matrix3, Vector3};
+
     use super::*;
+    use crate::points::{Points, SurfacePoint};
+    use crate::solve::{Distances, Priors, Problem, State};
+    use crate::{Kernel, LEAST_POINTS};
 
     const MOST: f64 = 6.75;
 
@@ -58,5 +64,56 @@ mod tests {
         assert!((total(25.0, 50.0, 50.0) - (25.0 + 15.0 + 20.0 * MOST)).abs() < 1e-12);
         assert!((total(0.0, 0.0, 100.0) - 100.0 * MOST).abs() < 1e-12);
         assert_eq!(total(7.0, 50.0, 0.0), 7.0);
+    }
+
+    /// The plane z = 0, of which nothing is known where x is above 0.
+    struct Sheet;
+
+    impl Distances for Sheet {
+        fn look(&self, _: usize, p: &Vector3<f64>, _: f64) -> (f64, Vector3<f64>, bool) {
+            (p.z, Vector3::z(), p.x > 0.0)
+        }
+    }
+
+    /// Nothing holds these points along x, and each that came back under the border was worth six squares of deviations.
+    #[test]
+    fn points_on_a_surface_that_goes_on_are_not_drawn_under_its_border() {
+        // A fifth of them beyond it, each by one deviation off the surface, to both sides.
+        let place = |i: usize| Point::new(i as f64 - 79.5, (i % 7) as f64, if i % 2 == 0 { 0.5 } else { -0.5 });
+        let touched = |i| SurfacePoint::<Tracker>::touched(place(i), 0.5);
+        let points = Points::new(&(0..100).map(touched).collect::<Vec<_>>(), None, 0.0).unwrap();
+        assert!(points.points().len() > LEAST_POINTS);
+        let problem = Problem {
+            cloud: &points.cloud,
+            distances: &Sheet,
+            anchors: &[],
+            priors: &Priors::default(),
+            kernel: Kernel::Tukey(4.5),
+            facing: Some(0.0),
+            sharp: &[2.0; 100],
+            bends: &[],
+            settled_mm: 1e-3,
+            is_dear: false,
+        };
+        let cost = |along_mm: f64| {
+            let shift = points.cloud.centre + Vector3::x() * along_mm;
+            let state = State {
+                turn: Matrix3::identity(),
+                shift,
+                scale: 0.0,
+                offset: 0.0,
+            };
+            problem.sum(&state).0
+        };
+        for along_mm in [-18.0, -4.0, 4.0, 9.0] {
+            // Rounding of a sum of 100.
+            assert!(
+                (cost(along_mm) - cost(0.0)).abs() < 1e-9,
+                "{along_mm}: {}",
+                cost(along_mm)
+            );
+        }
+        // Beyond the share that a verdict accepts nothing is free.
+        assert!(cost(20.0) > cost(0.0) + 9.0 * (MOST - 1.0));
     }
 }

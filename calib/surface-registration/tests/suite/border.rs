@@ -37,9 +37,9 @@ fn bone() -> Triangles {
 }
 
 /// Only points within some deviations of the border were counted, a twentieth of these for a quarter, so that nothing was said of a CT
-/// that did not go far enough; and the others cost as much as gross errors.
+/// that did not go far enough. (That they draw nothing is told beside their price.)
 #[test]
-fn points_far_beyond_the_end_of_a_surface_are_counted_and_draw_nothing() {
+fn points_far_beyond_the_end_of_a_surface_are_counted() {
     let (corners, triangles) = bone();
     let surface = Surface::<Ct>::new(&corners, &triangles).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
