@@ -79,7 +79,13 @@ mod tests {
     #[test]
     fn points_on_a_surface_that_goes_on_are_not_drawn_under_its_border() {
         // A fifth of them beyond it, each by one deviation off the surface, to both sides.
-        let place = |i: usize| Point::new(i as f64 - 79.5, (i % 7) as f64, if i % 2 == 0 { 0.5 } else { -0.5 });
+        let place = |i: usize| {
+            Point::new(
+                i as f64 - 79.5,
+                (i % 7) as f64,
+                if i.is_multiple_of(2) { 0.5 } else { -0.5 },
+            )
+        };
         let touched = |i| SurfacePoint::<Tracker>::touched(place(i), 0.5);
         let points = Points::new(&(0..100).map(touched).collect::<Vec<_>>(), None, 0.0).unwrap();
         assert!(points.points().len() > LEAST_POINTS);
