@@ -12,7 +12,7 @@ use crate::record::{HEADER, MOST_LINE, Row};
 /// The value of `format` in `study.json`.
 const FORMAT: &str = "trocar-study";
 /// Of `version`. It rises when lines mean something else than before.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const STUDY: &str = "study.json";
 const LINES: &str = "operations.csv";
 /// The folder of examinations.
@@ -71,6 +71,11 @@ pub enum FolderError {
     /// Somebody is at it.
     #[error("{0}: another program is working in this folder")]
     Busy(PathBuf),
+    /// Beads of an examination that this study has not written there.
+    #[error(
+        "{0} was changed after it was written; remove its folder, and it is made again, or give --out another folder"
+    )]
+    Beads(PathBuf),
     /// A line that this study has not written there.
     #[error("{path}, line {line}: {why}. The file is not as it was written; give --out another folder")]
     Line {
@@ -106,7 +111,7 @@ pub(crate) struct Folder {
     pub(crate) done: u64,
 }
 
-fn io_at(path: &Path) -> impl Fn(io::Error) -> FolderError {
+pub(crate) fn io_at(path: &Path) -> impl Fn(io::Error) -> FolderError {
     move |source| FolderError::Io {
         path: path.to_owned(),
         source,

@@ -11,9 +11,15 @@ use chance::mix;
 use geometry::{Ct, Point};
 
 use crate::Words;
+use crate::folder::{FolderError, io_at};
 use crate::patient;
 use crate::plan::{Plan, Stratum};
 use crate::steps::HANDS;
+
+/// Begins the name of a folder while something is made in it.
+const MAKING: &str = "making-";
+/// Of the beads' file, beside it.
+const HASH: &str = "beads.blake3";
 
 /// An examination's beads.
 #[derive(Debug)]
@@ -34,11 +40,19 @@ pub(crate) struct Images {
 
 impl Images {
     /// Those in `folder`, which may hold some already.
-    pub(crate) fn new(folder: PathBuf) -> Self {
-        Self {
+    ///
+    /// # Errors
+    /// [`FolderError`] where beads are not those that were written.
+    pub(crate) fn new(folder: PathBuf) -> Result<Self, FolderError> {
+        if folder.is_dir() {
+            for image in fs::read_dir(&folder).map_err(io_at(&folder))? {
+                as_made(&image.map_err(io_at(&folder))?.path())?;
+            }
+        }
+        Ok(Self {
             folder,
             made: Mutex::default(),
-        }
+        })
     }
 
     /// What a step says without the names of this folder and of the operation's own, which are others each time.
@@ -70,7 +84,7 @@ impl Images {
         if !path.exists() {
             // With the folder of its beads.
             self.of(stratum, number, metal)?;
-            let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&self.folder)?;
+            let beside = tempfile::Builder::new().prefix(MAKING).tempdir_in(&self.folder)?;
             let made = patient::write(beside.path(), &stratum.dials, metal, seed(&key)?)?;
             fs::rename(made, &path)?;
         }
@@ -83,12 +97,27 @@ impl Images {
         if !path.exists() {
             fs::create_dir_all(&self.folder)?;
             // Made beside and renamed when whole: a kill leaves no half of one under its name.
-            let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&self.folder)?;
+            let beside = tempfile::Builder::new().prefix(MAKING).tempdir_in(&self.folder)?;
             make(beside.path(), key, stratum, metal)?;
             fs::rename(beside.keep(), &folder)?;
         }
         let beads = serde_json::from_str(&fs::read_to_string(&path)?)?;
         Ok(Examined { path, beads })
+    }
+}
+
+/// The name of an examination's folder is the hash of what it is made of, which says nothing of what stands in it now.
+fn as_made(folder: &Path) -> Result<(), FolderError> {
+    let path = folder.join("beads.json");
+    let name = folder.file_name().unwrap_or_default().to_string_lossy();
+    // A kill leaves a folder in which an examination was being made.
+    if name.starts_with(MAKING) || !path.exists() {
+        return Ok(());
+    }
+    let [beads, written] = [&path, &folder.join(HASH)].map(|path| fs::read_to_string(path).map_err(io_at(path)));
+    match written? == hash(&beads?) {
+        true => Ok(()),
+        false => Err(FolderError::Beads(path)),
     }
 }
 
@@ -103,9 +132,13 @@ fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Res
     );
     // Tens of megabytes that can be made again, and that the beads' file has the hash of.
     fs::remove_file(&ct)?;
-    found
-        .map(drop)
-        .map_err(|why| why.replace(&*folder.to_string_lossy(), "").into())
+    found.map_err(|why| why.replace(&*folder.to_string_lossy(), ""))?;
+    fs::write(folder.join(HASH), hash(&fs::read_to_string(&*out)?))?;
+    Ok(())
+}
+
+fn hash(text: &str) -> String {
+    blake3::hash(text.as_bytes()).to_hex().to_string()
 }
 
 /// 16 hexadecimal digits are a seed.

@@ -5,13 +5,13 @@ use crate::truth::LINKS;
 /// The columns.
 pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,\
                           registration_mm,registration_rms_mm,bump_mm,reference_mm,reference_rms_mm,frame_mm,frame_rms_mm,marker_mm,\
-                          tool_mm,tool_rms_mm,rest_mm,why";
+                          tool_mm,tool_rms_mm,rest_mm,why,hash";
 /// The most characters that are told of why.
 const MOST_WHY: usize = 1000;
 /// The longest line, bytes: one of names, numbers and [`MOST_WHY`] characters is shorter.
 pub(crate) const MOST_LINE: usize = 8192;
 /// How many there are.
-const COLUMNS: usize = 28;
+const COLUMNS: usize = 29;
 
 /// How an operation ended at a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -118,14 +118,23 @@ impl Row {
         // One line, and no field that a reader would have to unquote.
         let why: String = self.why.chars().take(MOST_WHY).collect();
         fields.push(why.replace(['\n', '\r', ','], " ").replace('"', "'"));
-        fields.join(",") + "\n"
+        sealed(&fields.join(",")) + "\n"
     }
 
     /// Reads a line without its end.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// What is wrong with it, in words; a line that was changed after it was written among that.
     pub fn read(line: &str) -> Result<Self, String> {
+        if let Some((text, written)) = line.rsplit_once(',')
+            && written != hash(text)
+        {
+            return Err(format!(
+                "its hash is {}, where {:?} is written: it was changed",
+                hash(text),
+                start(written)
+            ));
+        }
         let fields: Vec<&str> = line.split(',').collect();
         let [stratum, ordinal, target, ended, step, check, bump, right, rest @ ..] = &fields[..] else {
             return Err(format!("{} fields", fields.len()));
@@ -180,6 +189,20 @@ impl Row {
     }
 }
 
+/// The first 8 digits of the hash of what stands before it in the line.
+fn hash(text: &str) -> String {
+    blake3::hash(text.as_bytes()).to_hex()[..8].to_owned()
+}
+
+/// The fields of a line with their hash behind them.
+pub(crate) fn sealed(fields: &str) -> String {
+    format!("{fields},{}", hash(fields))
+}
+
+fn start(text: &str) -> String {
+    text.chars().take(16).collect()
+}
+
 /// The shortest digits that bring back every bit; nothing for what is no number.
 fn number(value: f64) -> String {
     if value.is_finite() {
@@ -232,8 +255,27 @@ mod tests {
             (back.tre_mm, back.nees, back.links[5]),
             (row.tre_mm, row.nees, row.links[5])
         );
-        for broken in ["", "a,b", &line.replace("given-up", "gone"), &line.replace("800", "-1")] {
-            assert!(Row::read(broken.trim_end()).is_err(), "{broken}");
+        let fields = line.trim_end().rsplit_once(',').unwrap().0;
+        for broken in [
+            "",
+            "a,b",
+            &fields.replace("given-up", "gone"),
+            &fields.replace("800", "-1"),
+        ] {
+            assert!(Row::read(&sealed(broken)).is_err(), "{broken}");
+        }
+        assert!(Row::read(&sealed(fields)).is_ok());
+    }
+
+    /// An error that was edited in a folder went into the tables of what went on with it, and one that was emptied was left out of them.
+    #[test]
+    fn a_line_that_was_changed_is_refused() {
+        let line = "usual,7,node,arrived,,pass,,,0.25,1,3,5,60,9,800,3,1,2,3,4,5,6,7,8,9,1,0.1,";
+        let line = sealed(line);
+        assert_eq!(Row::read(&line).unwrap().tre_mm, 0.25);
+        for other in ["0.26", ""] {
+            let why = Row::read(&line.replace(",0.25,", &format!(",{other},"))).unwrap_err();
+            assert!(why.contains("it was changed"), "{why}");
         }
     }
 }

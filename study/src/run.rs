@@ -75,7 +75,7 @@ pub fn run_telling(
 ) -> Result<Done, RunError> {
     let mut folder = Folder::open(out, plan)?;
     let (before, total) = (folder.done, plan.operations());
-    let images = Images::new(folder.file(folder::IMAGES));
+    let images = Images::new(folder.file(folder::IMAGES))?;
     let next = AtomicU64::new(before);
     let began = monotonic_ns();
     std::thread::scope(|scope| {

@@ -41,22 +41,31 @@ pub fn share(found: f64, n: f64) -> Estimate {
 }
 
 /// The `p` quantile of sorted numbers, the least that a share `p` of them does not exceed, with its interval for `n` independent
-/// ones: the quantiles at the ends of the interval of the share `p`, which needs nothing of the distribution (order
-/// statistics; David and Nagaraja 2003, 7.1).
+/// ones: from the `l`-th to the `u`-th of these by the binomial distribution of how many are below, which needs nothing of their own (order
+/// statistics; David and Nagaraja 2003, 7.1). Of more numbers than `n` it goes by the parts `l / n` and `u / n`.
 ///
-/// Not a number without numbers.
+/// An end that `n` numbers do not bound is infinite: of the 0.95 quantile the upper one up to 71, of the median both up to 5. Not a number
+/// without numbers.
 pub fn quantile(sorted: &[f64], p: f64, n: f64) -> Estimate {
-    let at = |p: f64| {
-        let place = (p * sorted.len() as f64).ceil().max(1.0) as usize;
-        sorted
-            .get(place.min(sorted.len()).saturating_sub(1))
-            .copied()
-            .unwrap_or(f64::NAN)
+    let (count, tail) = (sorted.len() as f64, 0.5 * (1.0 - LEVEL));
+    let ranked = |rank: f64| {
+        let place = (rank.max(1.0) as usize).min(sorted.len());
+        sorted.get(place.saturating_sub(1)).copied().unwrap_or(f64::NAN)
     };
-    let [low, high] = share(p, n).interval;
+    // That so many or more of them are below the quantile.
+    let at_least = |k: f64| if k <= 0.0 { 1.0 } else { beta(p, k, n - k + 1.0) };
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let ranks = (1..=n.round() as usize).map(|k| k as f64);
+    // The last of which fewer are below in so few cases, and the first with so many.
+    if let Some(l) = ranks.clone().take_while(|l| 1.0 - at_least(*l) <= tail).last() {
+        low = ranked(((l - 1.0) / n * count).floor() + 1.0);
+    }
+    if let Some(u) = ranks.clone().find(|u| at_least(*u) <= tail) {
+        high = ranked((u / n * count).ceil());
+    }
     Estimate {
-        found: at(p),
-        interval: [at(low), at(high)],
+        found: ranked((p * count).ceil()),
+        interval: [low, high],
     }
 }
 
@@ -238,11 +247,47 @@ mod tests {
     fn quantiles_are_order_statistics() {
         let sorted: Vec<f64> = (1..=100).map(f64::from).collect();
         let median = quantile(&sorted, 0.5, 100.0);
-        // Of 100 numbers the 40th and the 61st, as the binomial distribution has them, but for the roundings of ranks.
+        // Of 100 numbers the 40th and the 61st (binomial tables).
         assert_eq!((median.found, median.interval), (50.0, [40.0, 61.0]));
         assert_eq!(quantile(&sorted, 0.95, 100.0).found, 95.0);
-        // Fewer independent ones, wider.
-        assert!(quantile(&sorted, 0.5, 20.0).interval[0] < 40.0);
+        // Fewer independent ones, wider: the 6th and the 15th of 20.
+        assert_eq!(quantile(&sorted, 0.5, 20.0).interval, [26.0, 75.0]);
         assert!(quantile(&[], 0.5, 0.0).found.is_nan());
+    }
+
+    /// One operation's error was given an interval from itself to itself, and of 20 the largest was the upper end of the 0.95 quantile, which
+    /// holds it in 64 of 100 cases.
+    #[test]
+    fn an_end_that_so_few_numbers_do_not_bound_is_open() {
+        let of = |n: usize, p: f64| {
+            let sorted: Vec<f64> = (1..=n).map(|k| k as f64).collect();
+            quantile(&sorted, p, n as f64).interval
+        };
+        let open = [f64::NEG_INFINITY, f64::INFINITY];
+        assert_eq!((of(1, 0.5), of(1, 0.95), of(5, 0.5)), (open, open, open));
+        // 2 / 2^6 is 0.03; 0.95^72 is 0.0249 and 0.95^71 0.026.
+        assert_eq!(of(6, 0.5), [1.0, 6.0]);
+        assert_eq!(
+            (of(20, 0.95)[1], of(71, 0.95)[1], of(72, 0.95)[1]),
+            (open[1], open[1], 72.0)
+        );
+    }
+
+    /// By the sum of the binomial distribution: no interval holds less than its level, whatever the number and the quantile.
+    #[test]
+    fn intervals_of_quantiles_hold_their_level() {
+        for (n, p) in (1..=120).flat_map(|n| [0.5, 0.9, 0.95].map(|p| (n, p))) {
+            let sorted: Vec<f64> = (1..=n).map(f64::from).collect();
+            let [low, high] = quantile(&sorted, p, f64::from(n)).interval;
+            let (mut one, mut holds) = ((1.0 - p).powi(n), 0.0);
+            for k in 0..=n {
+                // With k numbers below, the quantile lies between the k-th and the next.
+                if low <= f64::from(k) && f64::from(k) < high {
+                    holds += one;
+                }
+                one *= f64::from(n - k) / f64::from(k + 1) * p / (1.0 - p);
+            }
+            assert!(holds >= LEVEL - 1e-9, "{n} {p}: {low} to {high} hold {holds}");
+        }
     }
 }

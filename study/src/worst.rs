@@ -112,7 +112,7 @@ pub fn keep(plan: &Plan, out: &Path, rows: &[Row], count: usize, threads: usize)
         return Ok(Vec::new());
     }
     let _lock = folder::locked(out, plan)?;
-    let images = Images::new(out.join(folder::IMAGES));
+    let images = Images::new(out.join(folder::IMAGES))?;
     let (next, done) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..threads.clamp(1, worst.len()) {
@@ -181,13 +181,12 @@ fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Ro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::sealed;
 
     fn row(number: u64, target: &str, ended: &str, tre_mm: f64, miss_mm: f64) -> Row {
-        let empty = ",".repeat(crate::record::HEADER.split(',').count() - 16);
-        Row::read(&format!(
-            "a,{number},{target},{ended},,,,,{tre_mm},2,3,{miss_mm},6,4,100,0{empty}"
-        ))
-        .unwrap()
+        let empty = ",".repeat(crate::record::HEADER.split(',').count() - 17);
+        let line = format!("a,{number},{target},{ended},,,,,{tre_mm},2,3,{miss_mm},6,4,100,0{empty}");
+        Row::read(&sealed(&line)).unwrap()
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn matrix<A, B>(pose: &Rigid<A, B>) -> Matrix4<f64> {
 #[test]
 fn the_truth_is_what_the_light_says() {
     let (plan, folder) = (plan(), tempfile::tempdir().unwrap());
-    let images = Images::new(folder.path().join("images"));
+    let images = Images::new(folder.path().join("images")).unwrap();
     let stratum = &plan.strata[0];
     let target = patient().targets()[1].clone();
     for number in 0..2 {

@@ -329,6 +329,7 @@ fn told(e: Option<Estimate>) -> Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::sealed;
     use std::path::Path;
 
     fn plan() -> Plan {
@@ -338,7 +339,7 @@ mod tests {
 
     /// Four operations of each combination: an error of `of(emitters, radius)` with factors of 1.1 to both sides.
     fn rows(plan: &Plan, of: impl Fn(usize, usize) -> Option<f64>) -> Vec<Row> {
-        let empty = ",".repeat(crate::record::HEADER.split(',').count() - 16);
+        let empty = ",".repeat(crate::record::HEADER.split(',').count() - 17);
         let line = |cell: usize, number: i32| {
             let levels = plan.sweeps[0].levels(cell);
             let name = &plan.strata[cell].name;
@@ -349,7 +350,7 @@ mod tests {
                 }
                 None => format!("{name},{number},x,refused,marker,,,,,,,,,0,0,0{empty}"),
             };
-            Row::read(&line).unwrap()
+            Row::read(&sealed(&line)).unwrap()
         };
         (0..6)
             .flat_map(|cell| (0..4).map(move |number| (cell, number)))

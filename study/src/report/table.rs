@@ -84,8 +84,13 @@ pub(super) fn percent(e: Estimate) -> Cell {
 
 fn estimate(e: Estimate, times: f64, digits: usize) -> Cell {
     let [found, low, high] = [e.found, e.interval[0], e.interval[1]].map(|value| times * value);
+    // What the numbers do not bound is no number either.
+    let end = |value: f64| match value.is_finite() {
+        true => format!("{value:.digits$}"),
+        false => "?".to_owned(),
+    };
     match found.is_finite() {
-        true => plain(format!("{found:.digits$} ({low:.digits$}-{high:.digits$})")),
+        true => plain(format!("{found:.digits$} ({}-{})", end(low), end(high))),
         false => plain(""),
     }
 }
@@ -117,5 +122,7 @@ mod tests {
             (length(e).text.as_str(), percent(e).text.as_str()),
             ("0.50 (0.25-0.76)", "50.0 (25.0-75.6)")
         );
+        let interval = [0.25, f64::INFINITY];
+        assert_eq!(length(Estimate { interval, ..e }).text, "0.50 (0.25-?)");
     }
 }

@@ -68,7 +68,8 @@ fn accuracy(summaries: &[Summary]) -> Table {
     table.head.extend(WITHIN_MM.map(|mm| format!("within {mm} mm, %")));
     table.noted(
         "In brackets intervals of 95 %, by order statistics and after Clopper and Pearson, for as many independent observations as there \
-         are operations: the targets of one share a registration.",
+         are operations: the targets of one share a registration. A ? is an end that so few do not bound (of the 0.95 quantile the upper \
+         one below 72 operations, of the median both below 6).",
     )
 }
 

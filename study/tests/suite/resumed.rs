@@ -101,11 +101,11 @@ fn a_folder_of_something_else_is_refused_by_name() {
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, words) in [
         (
-            "\"version\": 3",
             "\"version\": 4",
-            "found format \"trocar-study\", version 4",
+            "\"version\": 3",
+            "found format \"trocar-study\", version 3",
         ),
-        ("trocar-study", "other", "found format \"other\", version 3"),
+        ("trocar-study", "other", "found format \"other\", version 4"),
         ("{", "", "found trailing characters"),
     ] {
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
@@ -124,6 +124,9 @@ fn a_folder_of_something_else_is_refused_by_name() {
     );
     let whole = lines(folder.path());
     let path = folder.path().join("operations.csv");
+    fs::write(&path, whole.replacen("arrived", "vanished", 1)).unwrap();
+    assert!(refused().contains("line 2: its hash is "), "{}", refused());
+    // What somebody else wrote, with hashes that fit.
     for (changed, words) in [
         (
             whole.replacen("a,1,", "a,2,", 1),
@@ -144,9 +147,43 @@ fn a_folder_of_something_else_is_refused_by_name() {
             "line 2: it is longer than 8192 bytes",
         ),
     ] {
-        fs::write(&path, changed).unwrap();
+        fs::write(&path, sealed(&changed)).unwrap();
         assert!(refused().contains(words), "{}", refused());
     }
+}
+
+/// The lines with the hashes that belong to them.
+fn sealed(lines: &str) -> String {
+    let line = |line: &str| match line.rsplit_once(',') {
+        Some((text, _)) if !line.ends_with(",hash") => {
+            format!("{text},{}\n", &blake3::hash(text.as_bytes()).to_hex()[..8])
+        }
+        _ => format!("{line}\n"),
+    };
+    lines.lines().map(line).collect()
+}
+
+/// Beads that were moved in a study's folder went into its operations: the folder's name is a hash of what the CT is made of alone.
+#[test]
+fn beads_that_were_changed_are_not_used_again() {
+    let folder = tempfile::tempdir().unwrap();
+    run(&six(), folder.path(), 1).unwrap();
+    let whole = lines(folder.path());
+    let images = fs::read_dir(folder.path().join("images")).unwrap();
+    for image in images {
+        let path = image.unwrap().path().join("beads.json");
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replacen("0.", "3.", 1)).unwrap();
+    }
+    fs::write(folder.path().join("operations.csv"), "").unwrap();
+    let refused = run(&six(), folder.path(), 1).unwrap_err().to_string();
+    assert!(
+        refused.contains("beads.json was changed after it was written"),
+        "{refused}"
+    );
+    fs::remove_dir_all(folder.path().join("images")).unwrap();
+    run(&six(), folder.path(), 2).unwrap();
+    assert_eq!(lines(folder.path()), whole);
 }
 
 #[test]
