@@ -225,9 +225,14 @@ fn real_examinations_have_the_hu_and_places_that_other_readers_find() {
     let sets: [(&str, &str, &[&str], u64); 10] = [
         ("dicom", "ct-chest-lidc-dicom", &[], 23_592_960),
         ("dicom", "ct-head-phantom-tilt-dicom", &[], 14_155_776),
-        ("dicom", "ct-lego-phantom-dicom", &["--regrid"], 2_621_440),
+        ("dicom", "ct-lego-phantom-dicom", &["--regrid", "--unmarked"], 2_621_440),
         ("dicom", "dicom-bad-inputs/gantrytilting/001", &[], 1_048_576),
-        ("dicom", "dicom-bad-inputs/sliceincrement/001", &["--regrid"], 1_048_576),
+        (
+            "dicom",
+            "dicom-bad-inputs/sliceincrement/001",
+            &["--regrid", "--unmarked"],
+            1_048_576,
+        ),
         ("dicom", "dicom-bad-inputs/compressed/compressed_rle", &[], 262_144),
         (
             "dicom",
@@ -348,6 +353,14 @@ fn doubtful_examinations_end_as_they_should() {
         assert_eq!(output.status.code(), Some(1));
         assert!(stderr(&output).contains(words), "{}", stderr(&output));
         let text = tool(&world, &["inspect", "--regrid", "--json", &at(set)]);
+        // A file without the mark would be read as what the scanner measured, its holes as air.
+        let lost = world.path("regridded.nii.gz");
+        refused(
+            &world,
+            &["export", "--regrid", &at(set), lost.to_str().unwrap()],
+            "say --unmarked",
+        );
+        assert!(!lost.exists());
         let summary: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(summary["marks"], "REGRIDDED", "{set}");
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bus::message::Marks;
 use clap::{Args, ValueEnum};
 use geometry::VolumeGrid;
 
@@ -20,8 +21,8 @@ const DICOM_PREFIX: &str = "dicom:";
     volume-loader export phantom dicom:series.2 --syntax rle\n  \
     volume-loader export series/ patient.nii.gz\n\n\
     The format is told by the name of OUT: .nii and .nii.gz are NIfTI, .nrrd and .nhdr NRRD, .mha and .mhd MetaImage, and a name without \
-    an ending, or after `dicom:`, is a folder for a DICOM series, which must be absent or empty. Voxels are not changed and \
-    not resampled. What a DICOM series says of the patient is empty.")]
+    an ending, or after `dicom:`, is a folder for a DICOM series, which must be absent or empty. Voxels are not changed, and \
+    not resampled but where --regrid or --downsample asks for it. What a DICOM series says of the patient is empty.")]
 pub(crate) struct ExportArgs {
     #[command(flatten)]
     input: input::Input,
@@ -40,6 +41,9 @@ pub(crate) struct ExportArgs {
     /// DICOM: file names and instance numbers in a random order of this seed, to try readers with.
     #[arg(long, value_name = "SEED")]
     shuffle_names: Option<u64>,
+    /// Writes a CT put on an even grid, although no file says so: images of it bear no mark, and its holes are air.
+    #[arg(long)]
+    unmarked: bool,
 }
 
 /// The formats that can be written.
@@ -98,6 +102,16 @@ pub(crate) enum RunError {
         path: PathBuf,
         /// The option.
         option: &'static str,
+    },
+    /// Who reads it would take it for what the scanner measured.
+    #[error(
+        "{}: the slices were put on an even grid (REGRIDDED), and the file would not say so: images of it would bear no mark, and holes \
+         without measurement be air; export slices that are even, or say --unmarked",
+        path.display()
+    )]
+    Unmarked {
+        /// The path.
+        path: PathBuf,
     },
     /// The examination was refused.
     #[error(transparent)]
@@ -219,11 +233,19 @@ fn ending(path: &Path) -> String {
 pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let writer = Writer::new(args)?;
     let mut source = args.input.open()?;
+    if source.marks().has(Marks::REGRIDDED) && !args.unmarked {
+        let path = writer.path().to_owned();
+        return Err(RunError::Unmarked { path });
+    }
     let conversion = writer.write(&mut source)?;
     let (path, what) = (writer.path().display(), source.describe());
     bus::stderr_line!("volume-loader: wrote {path}: {what}");
     if let Some(warning) = writer.warning(source.grid()) {
         bus::stderr_line!("volume-loader: warning: {path}: {warning}");
+    }
+    // Who reads the file does not hear it again.
+    for remark in source.remarks() {
+        bus::stderr_line!("volume-loader: warning: {path} does not say: {remark}");
     }
     if conversion != Conversion::default() {
         let Conversion {
