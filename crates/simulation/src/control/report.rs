@@ -70,7 +70,7 @@ pub enum Failed {
     },
     /// The state found is no state of a solid.
     #[error(
-        "the forces balance in a state that is turned inside out (least determinant {least_determinant:.3e}): the law allows it, the solid does not"
+        "the forces balance in a state that is turned inside out (least determinant {least_determinant:.3e}), which no solid can be"
     )]
     Inverted {
         /// The least determinant.

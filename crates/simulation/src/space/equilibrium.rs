@@ -6,6 +6,9 @@ use crate::control::{Failed, Newton};
 
 /// Rounds of pressures at most.
 const MOST_ROUNDS: usize = 60;
+/// Free forces that a round may leave: this part of the change that the round before made of contacts' forces, and at first of the load.
+const LEFT_BY_ROUND: f64 = 1e-2;
+const LEFT_AT_FIRST: f64 = 1e-4;
 
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,17 +118,38 @@ pub fn settle(
     tolerance: &Tolerance,
 ) -> Result<Equilibrium, NoEquilibrium> {
     fits(system, a, 1.0)?;
-    let (mut iterations, mut last) = (0, (0.0, 0.0, 0.0));
+    let wanted = newton.settings;
+    let found = by_rounds(system, newton, a, tolerance);
+    newton.settings = wanted;
+    found
+}
+
+fn by_rounds(
+    system: &mut System,
+    newton: &mut Newton,
+    a: &mut Vec<f64>,
+    tolerance: &Tolerance,
+) -> Result<Equilibrium, NoEquilibrium> {
+    let wanted = newton.settings;
+    let (mut iterations, mut last, mut left) = (0, (0.0, 0.0, 0.0), 0.0);
+    if system.terms().any(|term| term.changes()) {
+        left = LEFT_AT_FIRST;
+    }
     for round in 1..=MOST_ROUNDS {
-        // Pressures stand still while forces are balanced, and change between: either alone is a smooth problem.
+        // Pressures stand still while forces are balanced, and change between: either alone is a smooth problem. Balance to all digits is for
+        // pressures that stay: with those of a tube that has just been moved it may take hundreds of steps, and is of no use.
+        let is_last = left <= wanted.tolerance;
+        newton.settings.tolerance = left.max(wanted.tolerance);
+        newton.settings.provisional = wanted.provisional || !is_last;
         let found = newton.minimise(system, a);
         let found = found.map_err(|failed| NoEquilibrium::Search { round, failed })?;
         iterations += found.iterations;
         let change = system.update(a);
         last = (change.force, found.load, change.depth);
-        let settled = change.force <= tolerance.change * found.load;
         // Small changes alone could be slow ones: no depth may be left.
-        if settled && change.depth <= tolerance.depth * system.bodies.extent() {
+        let settled =
+            change.force <= tolerance.change * found.load && change.depth <= tolerance.depth * system.bodies.extent();
+        if settled && is_last {
             // What was far away at the start may be met by now, by points too far apart; or have come through between them.
             fits(system, a, MOST_INSIDE)?;
             return Ok(Equilibrium {
@@ -137,9 +161,13 @@ pub fn settle(
                 least_determinant: found.least_determinant,
                 rounds: round,
                 iterations,
-                falling: (!newton.settings.provisional).then_some(found.stability.falling),
+                falling: (!wanted.provisional).then_some(found.stability.falling),
             });
         }
+        left = match settled {
+            true => 0.0,
+            false => left.min(LEFT_BY_ROUND * change.force / found.load),
+        };
     }
     let (change, load, depth) = last;
     Err(NoEquilibrium::Pressures { change, load, depth })

@@ -66,7 +66,7 @@ pub struct Ldl {
     shifts: Vec<f64>,
     /// What the elimination of all others leaves on the root.
     pub(super) root: DMatrix<f64>,
-    workers: Workers<f64>,
+    pub(super) workers: Workers<f64>,
     singles: Workers<f32>,
 }
 

@@ -70,6 +70,15 @@ struct Job<'a, E, T> {
 }
 
 impl<E: Number> Workers<E> {
+    /// Numbers that its memory holds for what fronts leave behind.
+    #[cfg(test)]
+    pub(super) fn held(&self) -> usize {
+        let all = self.runs.iter().chain([&self.main]);
+        let left = |worker: &Worker<E>| worker.left.iter().map(|(_, left)| left.capacity()).sum::<usize>();
+        all.map(|worker| left(worker) + worker.spare.iter().map(Vec::capacity).sum::<usize>())
+            .sum()
+    }
+
     /// Eliminates all fronts. How many pivots are negative; once they are `most`, the rest is left as it is.
     /// `root` becomes what is left on the root before its own elimination.
     pub(super) fn eliminate<T: Send>(
@@ -149,8 +158,10 @@ impl<E: Number> Workers<E> {
             match part {
                 Part::Run(_) => {
                     negative += results.next().unwrap_or(Ok(0))?;
-                    // In the order of the parts: what is left lies as one thread would have left it, and so are all sums.
-                    if let Some(run) = runs.next() {
+                    let run = runs.next().filter(|_| negative < most);
+                    // In the order of the parts: what is left lies as one thread would have left it, and so are all sums. What a run that
+                    // ended early left stays its own memory: taken from it each time, memory grew with each matrix that is not definite.
+                    if let Some(run) = run {
                         self.main.left.append(&mut run.left);
                     }
                 }
@@ -184,6 +195,8 @@ impl<E: Number> Workers<E> {
             // What a run leaves goes to the fronts above with its memory: some of that comes back.
             worker.spare.extend(self.main.spare.pop());
         }
+        // The fronts above have no more at once than runs leave; a run may leave more than it is given back.
+        self.main.spare.truncate(self.runs.len());
         let mut results = vec![Ok(0); runs.len()];
         let rooms = runs.into_iter().zip(&mut self.runs).zip(&mut results);
         let jobs = rooms.map(|(((fronts, room), worker), found)| Job {

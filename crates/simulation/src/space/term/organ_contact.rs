@@ -116,10 +116,11 @@ impl Term for OrganContact {
     }
 
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        let (now, mut row) = (self.now(bodies, a), Vec::new());
+        let (now, mut row, mut block) = (self.now(bodies, a), Vec::new(), Vec::new());
         let (solid, part) = now.solid();
         now.visit(|touch, pressure, pulled| {
             now.row(touch, pulled, &mut row);
+            block.clear();
             let (force, slope) = (touch.area * pressure, pulled.slope);
             let mut matrix = slope * slope.transpose() * (touch.area * self.pressures.stiffness());
             if !convex {
@@ -137,9 +138,10 @@ impl Term for OrganContact {
                         value += force
                             * (slope[other.axis] * other.slope.dot(&way) + slope[one.axis] * one.slope.dot(&back));
                     }
-                    sink.add(one.unknown, other.unknown, value);
+                    block.push(value);
                 }
             }
+            sink.add_block(row.iter().map(|moving| moving.unknown), &block);
         })?;
         Some(())
     }

@@ -169,7 +169,7 @@ impl<R: Rigid> Term for RigidContact<R> {
     fn hessian(&self, bodies: &Bodies, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let offset = bodies.offset(self.body);
-        let mut row = Vec::new();
+        let (mut row, mut block) = (Vec::new(), Vec::new());
         self.visit(bodies, a, |touch, pressure, distance| {
             let (k, area, normal) = (touch.point, touch.area, distance.gradient);
             let mut matrix = normal * normal.transpose() * (area * self.pressures.stiffness());
@@ -178,10 +178,12 @@ impl<R: Rigid> Term for RigidContact<R> {
                 matrix -= distance.hessian * (area * pressure);
                 solid.bend(part, k, normal * (-area * pressure), sink, offset);
             }
-            // Three unknowns of each node of its cube: all pairs of them lie in the cube's own stiffness already.
+            // Three unknowns of each node of its cube: all pairs of them lie in the cube's own stiffness already. Points of a cube follow one
+            // another and mostly have the same nodes, so that one block takes them all: each of its own would be gigabytes where hundreds press.
             row.clear();
             solid.rows(part, k, &mut |p, by| row.push((offset + p, by)));
-            add_pulled(&row, &matrix, sink);
+            pull(&row, &matrix, &mut block);
+            sink.add_block(row.iter().map(|(p, _)| *p), &block);
         })?;
         Some(())
     }
@@ -251,12 +253,11 @@ impl<R: Rigid> Term for RigidContact<R> {
     }
 }
 
-/// Adds `row . matrix row` to `sink`.
-fn add_pulled(row: &[(usize, Vector3<f64>)], matrix: &Matrix3<f64>, sink: &mut Triplets) {
-    for (i, (p, by)) in row.iter().enumerate() {
+/// `row . matrix row`, the lower triangle row by row.
+fn pull(row: &[(usize, Vector3<f64>)], matrix: &Matrix3<f64>, block: &mut Vec<f64>) {
+    block.clear();
+    for (i, (_, by)) in row.iter().enumerate() {
         let pulled = matrix * by;
-        for (q, other) in &row[..=i] {
-            sink.add(*p, *q, pulled.dot(other));
-        }
+        block.extend(row[..=i].iter().map(|(_, other)| pulled.dot(other)));
     }
 }
