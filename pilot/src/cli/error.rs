@@ -9,6 +9,7 @@ use crate::replay::PrepareError;
 use crate::resolve::ResolveError;
 use crate::run::RunError;
 use crate::spawn::SpawnError;
+use crate::tied::OtherFile;
 
 /// Why the command line did not do what it was asked.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +22,8 @@ pub(crate) enum CliError {
     NoReplay(String),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Tied(#[from] OtherFile),
     #[error(transparent)]
     Plan(#[from] PlanCliError),
     #[error(transparent)]
