@@ -36,11 +36,10 @@ use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::remote::{self, RemoteArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
-use crate::resolve::{Overrides, ResolveError, resolve};
+use crate::resolve::{Overrides, ResolveError, resolve, tied};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
-use crate::tied;
 pub use plan::{Hands, StructureSet};
 
 use help::{

@@ -27,6 +27,5 @@ mod spawn;
 mod state;
 mod status;
 pub mod supervise;
-mod tied;
 
 pub use resolve::scene_of_run;

@@ -7,9 +7,9 @@ use crate::cli::plan::PlanCliError;
 use crate::remote::RemoteError;
 use crate::replay::PrepareError;
 use crate::resolve::ResolveError;
+use crate::resolve::tied::OtherFile;
 use crate::run::RunError;
 use crate::spawn::SpawnError;
-use crate::tied::OtherFile;
 
 /// Why the command line did not do what it was asked.
 #[derive(Debug, thiserror::Error)]

@@ -12,9 +12,9 @@ use super::facts::{self, Facts, FactsError};
 use super::recompute::{Recompute, RecomputeError};
 use crate::output;
 use crate::planning::follow;
+use crate::resolve::tied::{self, LoadLabels, Made, OtherFile};
 use crate::resolve::{ResolveError, volume_path};
 use crate::state::Options;
-use crate::tied::{self, LoadLabels, Made, OtherFile};
 
 /// Why a recording is not replayed.
 #[derive(Debug, thiserror::Error)]

@@ -88,8 +88,8 @@ fn two_scenes_of_one_recording_are_refused_by_name() {
 #[test]
 fn info_and_report_of_two_runs_say_so_in_the_same_words() {
     let other = |facts| RunFacts { epoch_ns: 9, ..facts };
-    let of_two: [(&dyn Fn(RunFacts) -> RunFacts, Option<&str>); 2] =
-        [(&other, None), (&|facts| facts, Some("seed = 2\n"))];
+    type Change<'a> = &'a dyn Fn(RunFacts) -> RunFacts;
+    let of_two: [(Change<'_>, Option<&str>); 2] = [(&other, None), (&|facts| facts, Some("seed = 2\n"))];
     for (change, scene) in of_two {
         let (tmp, path) = written(change, scene);
         let words = &verify(&path).unwrap().findings[0];

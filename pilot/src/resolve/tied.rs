@@ -15,17 +15,10 @@ pub(crate) type LoadLabels = fn(&Path, &VolumeSpec, u64) -> Result<LabelMap, Box
 /// A longer file is no scene of organs, bytes.
 const MOST_BYTES: u64 = 4 << 20;
 
-/// Another file than pictures are to be made of.
+/// Another file than pictures are to be made of, in words.
 #[derive(Debug, thiserror::Error)]
-#[error("{what} {}: its hash is {found}, and {expected} is expected ({key} of {scene}): pictures would show something else. Give that file back its place", path.display())]
-pub(crate) struct OtherFile {
-    what: &'static str,
-    path: PathBuf,
-    found: String,
-    expected: String,
-    key: &'static str,
-    scene: String,
-}
+#[error("{0}")]
+pub(crate) struct OtherFile(String);
 
 /// What a file is: its BLAKE3, or that of a label map's geometry and voxels.
 struct Found {
@@ -95,14 +88,14 @@ pub(crate) fn check(
 
 fn refuse(raw: &mut RawScene, found: &Found, scene: &str) -> Result<(), OtherFile> {
     match slot(raw, found.key).and_then(|slot| slot.clone()) {
-        Some(expected) if !expected.eq_ignore_ascii_case(&found.hash) => Err(OtherFile {
-            what: found.what,
-            path: found.path.clone(),
-            found: found.hash.clone(),
-            expected,
-            key: found.key,
-            scene: scene.to_owned(),
-        }),
+        Some(expected) if !expected.eq_ignore_ascii_case(&found.hash) => Err(OtherFile(format!(
+            "{} {}: its hash is {}, and {expected} is expected ({} of {scene}): pictures would show something else. Put the expected file in \
+             its place",
+            found.what,
+            found.path.display(),
+            found.hash,
+            found.key
+        ))),
         _ => Ok(()),
     }
 }
@@ -162,4 +155,90 @@ fn text(path: &Path) -> Option<String> {
     let (file, _) = scene::file::open(path).ok()?;
     file.take(MOST_BYTES + 1).read_to_string(&mut text).ok()?;
     (text.len() as u64 <= MOST_BYTES).then_some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::message::{Marks, VolumeHash};
+    use bus::volume::{Layout, OwnedVolume, Voxels};
+    use geometry::{Affine, VolumeGrid};
+    use scene::raw;
+    use std::fs;
+
+    const SCENE: &str = "[recording]\n[tissue]\norgans = \"o.toml\"\n[plan]\nlabels = \"l.nii\"\n[[views]]\nname = \"s\"\nplane = \"surface\"\nextent = \"global\"\n";
+
+    /// A map whose hash is that of the file.
+    fn load(path: &Path, _: &VolumeSpec, _: u64) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
+        let hash = VolumeHash(*blake3::hash(&fs::read(path)?).as_bytes());
+        let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let layout = Layout::new([1; 3], [1; 3])?;
+        let volume = OwnedVolume {
+            grid: VolumeGrid::checked([1; 3], Affine::from_rows(rows))?,
+            voxels: Voxels::zeroed(layout.stored() as usize),
+            layout,
+            padding_hu: 0,
+            hash,
+            marks: Marks::NONE,
+        };
+        Ok(LabelMap {
+            volume,
+            is_in_its_frame: false,
+        })
+    }
+
+    /// Organs of today's files were moved again as those of the run.
+    #[test]
+    fn files_that_pictures_are_made_of_are_known_by_their_hash_and_others_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        put("o.toml", "[space]\nlabels = \"k.nii\"\n");
+        put("k.nii", "kidney");
+        put("l.nii", "labels");
+        put("s.toml", SCENE);
+        let (path, all) = (
+            folder.path().join("s.toml"),
+            Made {
+                overview: true,
+                organs: true,
+            },
+        );
+        let mut raw = raw::load(&path).unwrap();
+        let scene = Scene::from_raw(&raw).unwrap();
+        let recording = Path::new("s.mcap");
+        // Before anything is written down, nobody knows.
+        let unknown = check(&mut raw.scene, (&scene, all), recording, load).unwrap();
+        assert_eq!(unknown.len(), 3, "{unknown:?}");
+        write(&mut raw.scene, &scene, load).unwrap();
+        assert_eq!(check(&mut raw.scene, (&scene, all), recording, load).unwrap(), [""; 0]);
+        for (name, key) in [("o.toml", ORGANS), ("k.nii", ORGAN_LABELS), ("l.nii", PLAN_LABELS)] {
+            let was = fs::read(folder.path().join(name)).unwrap();
+            let other = [&was[..], b"# another\n"].concat();
+            fs::write(folder.path().join(name), &other).unwrap();
+            let refused = check(&mut raw.scene, (&scene, all), recording, load)
+                .unwrap_err()
+                .to_string();
+            let hashes = [&was, &other].map(|bytes| blake3::hash(bytes).to_string());
+            assert!(
+                [name, key, &hashes[0], &hashes[1]]
+                    .iter()
+                    .all(|word| refused.contains(word)),
+                "{refused}"
+            );
+            // The same for a run of a scene that says which they are.
+            assert!(write(&mut raw.scene, &scene, load).is_err());
+            fs::write(folder.path().join(name), was).unwrap();
+        }
+        // Another scene says nothing of them: what the recorded one says holds.
+        let mut other = raw::load(&path).unwrap();
+        take_over(&mut other.scene, &mut raw.scene);
+        put("k.nii", "liver");
+        assert!(check(&mut other.scene, (&scene, all), recording, load).is_err());
+        // Where states are the recorded ones no organs are read.
+        let shown = Made {
+            overview: true,
+            organs: false,
+        };
+        assert!(check(&mut other.scene, (&scene, shown), recording, load).is_ok());
+    }
 }
