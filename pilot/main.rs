@@ -3,7 +3,7 @@
 fn main() -> std::process::ExitCode {
     pilot::cli::main(pilot::cli::Hands {
         load: volume_loader::load_seeded,
-        load_labels: volume_loader::load_labels,
+        load_labels: volume_loader::load_labels_seeded,
         label_names: |path| Ok(volume_loader::label_names(path)?),
         structure_set: |path, examination| {
             let set = volume_loader::structure_set(path, examination)?;

@@ -36,7 +36,7 @@ use crate::cli::template::{NEW_HELP, NewArgs};
 use crate::remote::{self, RemoteArgs};
 use crate::replay::control::{Steer, steer};
 use crate::replay::{ReplayArgs, prepare};
-use crate::resolve::{Overrides, ResolveError, resolve};
+use crate::resolve::{Overrides, ResolveError, resolve, tied};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
@@ -208,13 +208,13 @@ pub fn command() -> clap::Command {
 
 /// The binary.
 ///
-/// `hands` read examinations and label maps for `pilot plan`.
+/// `hands` read examinations and label maps.
 pub fn main(hands: Hands) -> ExitCode {
     // Recordings, pictures and reports are a patient's: nobody else reads them. What the pilot starts inherits this.
     bus::process::keep_to_oneself();
     match Cli::parse().command {
-        Verb::Run(args) => ended(navigate(args)),
-        Verb::Replay(args) => ended(show_again(&args)),
+        Verb::Run(args) => ended(navigate(args, hands)),
+        Verb::Replay(args) => ended(show_again(&args, hands)),
         Verb::Remote(args) => ended(show_remote(&args)),
         Verb::ReplayControl { run, steer: how } => exit("pilot", steer(&run, &how).map(|text| say(&text))),
         Verb::New(args) => exit("pilot", args.carry_out().map(|text| say(&text))),
@@ -281,11 +281,15 @@ fn plan(args: &PlanArgs, hands: Hands) -> Result<ExitCode, CliError> {
     }
 }
 
-fn navigate(args: RunArgs) -> Result<ExitCode, CliError> {
-    let (source, scene) = load_scene(&args.scene)?;
+fn navigate(args: RunArgs, hands: Hands) -> Result<ExitCode, CliError> {
+    let (mut source, mut scene) = load_scene(&args.scene)?;
     no_faults(check::cheap_faults(&source, &scene))?;
     if args.speed.is_some() {
         simulated_time_for(&scene)?;
+    }
+    if scene.recording.is_some() {
+        tied::write(&mut source.scene, &scene, hands.load_labels)?;
+        scene = Scene::from_raw(&source).map_err(ResolveError::from)?;
     }
     let options = Options {
         run: args.run,
@@ -312,8 +316,8 @@ fn simulated_time_for(scene: &Scene) -> Result<(), CliError> {
     }
 }
 
-fn show_again(args: &ReplayArgs) -> Result<ExitCode, CliError> {
-    let (options, source, scene) = prepare(args)?;
+fn show_again(args: &ReplayArgs, hands: Hands) -> Result<ExitCode, CliError> {
+    let (options, source, scene) = prepare(args, hands.load_labels)?;
     carry_out(options, source, scene, "pictures and report")
 }
 

@@ -17,6 +17,7 @@ use guidance::workflow::{Rules, RulesError};
 use scene::Scene;
 
 use choice::Choice;
+pub(crate) use progress::CheckReport;
 use progress::Progress;
 pub(crate) use told::GuidingStatus;
 
@@ -175,6 +176,11 @@ impl Guiding {
             Guides::Told(guides) => guides.send(*self.choice.guide()),
             Guides::Heard(_) => Ok(()),
         }
+    }
+
+    /// For the report.
+    pub(crate) fn check_report(&self) -> Option<CheckReport> {
+        self.progress.report().cloned()
     }
 
     /// For `pilot status`.

@@ -43,6 +43,8 @@ pub(crate) struct Replay {
     pub(crate) every: Option<u64>,
     /// The poses are made again of what the localizer delivered, or the states of tissue of the poses.
     pub(crate) recompute: Option<Recompute>,
+    /// Files that pictures are made of and of which the recording does not say whether they are its own, in words.
+    pub(crate) unknown_files: Vec<String>,
 }
 
 impl Replay {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::guiding::CheckReport;
 use crate::metrics::accuracy::AccuracyReport;
 use crate::metrics::tissue::TissueReport;
 use crate::metrics::{Latency, PoseCounts, Restart};
@@ -38,6 +39,9 @@ pub(crate) struct Report {
     /// What images showed of organs, in a scene that moves some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) tissue: Option<TissueReport>,
+    /// The last check of the registration, in a run with one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) check: Option<CheckReport>,
     pub(crate) processes: Vec<ProcessReport>,
     pub(crate) memory: MemoryReport,
     pub(crate) restarts: Vec<Restart>,

@@ -1,5 +1,7 @@
 //! From what the user asked for to one scene in which nothing is left open.
 
+pub(crate) mod tied;
+
 use std::path::{Path, PathBuf};
 
 use phantom::Phantom;

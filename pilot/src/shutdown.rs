@@ -218,13 +218,14 @@ pub(crate) fn report(run: &Run) -> Report {
             .map(|view| view_report(run, view, pictures))
             .collect(),
         tissue: run.metrics.tissue.report(&run.scene),
+        check: run.guiding.check_report(),
         processes: pictures.processes.clone(),
         memory: pictures.memory.clone(),
         restarts: run.metrics.restarts.clone(),
         held: run.held().map(str::to_owned).collect(),
         recording: output::recordings(&run.options.out, run.options.recording()),
         problems: problems(run, pictures),
-        notes: missing_samples_note(run),
+        notes: notes(run),
     }
 }
 
@@ -233,11 +234,14 @@ fn remote_report(run: &Run) -> Option<RemoteReport> {
     Some(run.options.remote.as_ref()?.report(shown.as_deref()))
 }
 
-/// The report's note of samples that are missing, of a run that navigated; a replay shows what is recorded.
-fn missing_samples_note(run: &Run) -> Vec<String> {
-    let navigated = run.options.replay.is_none();
-    let note = navigated.then(|| missing::note(&run.metrics.poses, &run.scene.limits));
-    note.flatten().into_iter().collect()
+/// Of a run that navigated, what is missing of its samples; of a replay, what nobody knows of its files.
+fn notes(run: &Run) -> Vec<String> {
+    match &run.options.replay {
+        Some(replay) => replay.unknown_files.clone(),
+        None => missing::note(&run.metrics.poses, &run.scene.limits)
+            .into_iter()
+            .collect(),
+    }
 }
 
 /// From sample 0 to the taking of the pictures, s.

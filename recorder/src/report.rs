@@ -81,6 +81,14 @@ pub enum ReportError {
         /// What could not be read.
         damage: String,
     },
+    /// It is of more than one run, or holds more than one scene.
+    #[error("{path}: {why}; only a recording of one run, with its scene, can be reported")]
+    TwoRuns {
+        /// The recording.
+        path: PathBuf,
+        /// What was found and expected.
+        why: String,
+    },
     /// A topic holds something else.
     #[error(
         "{path}: topic {topic} holds {found:?} where {wanted:?} is needed: another program wrote it, or a version of this one that \

@@ -30,7 +30,7 @@ pub use geometry::letters;
 pub use grey::to_grey;
 pub use mha::{MhaError, write_mha};
 pub use overlay::{NEAR_PLANE_MM, Notice, Origin, Overlay};
-pub use overview::{Anatomy, LabelFile, LoadLabels, LoadVolume};
+pub use overview::{Anatomy, LabelFile, LoadLabels, LoadVolume, OtherLabels};
 pub use render::{RenderError, Rendered, Renderer};
 pub use run::RunError;
 pub use snapshot::{At, LoadRecorded, Recorded, RecordedError, RecordedMesh, RecordedState, SnapshotError};

@@ -13,7 +13,7 @@ use geometry::SlicePlane;
 use picture::Canvas;
 use surface::{Mesh, PAINTS, Rgb, ZBuffer};
 
-pub use anatomy::{Anatomy, LabelFile, LoadLabels, LoadVolume};
+pub use anatomy::{Anatomy, LabelFile, LoadLabels, LoadVolume, OtherLabels};
 pub(crate) use things::Things;
 
 /// Where nothing is: no grey of a slice.

@@ -257,7 +257,8 @@ impl SliceView {
             .iter()
             .filter(|o| o.renderer.view().plane != Plane::Surface);
         let samplings: Vec<_> = sliced.map(|o| o.renderer.view().sampling).collect();
-        let labels = self.process.scene.plan.labels.clone();
+        let plan = self.process.scene.plan.clone();
+        let is_recorded = self.process.run.replay.is_some();
         let examination = self.process.scene.volume.clone();
         let (process, mut failed) = (&mut self.process, Ok(()));
         let mut alive = || {
@@ -268,10 +269,12 @@ impl SliceView {
         let prepared = self.resampler.prepare(&new.view(), &samplings, &mut alive);
         prepared.map_err(RenderError::from)?;
         if is_first {
-            let labels = labels.as_deref().map(|path| LabelFile {
+            let labels = plan.labels.as_deref().map(|path| LabelFile {
                 path,
                 examination: &examination,
                 load: self.load_labels,
+                expected: plan.labels_hash.as_deref(),
+                is_recorded,
             });
             show_anatomy(&mut self.outputs, &new.view(), labels, &mut alive);
         }

@@ -1,6 +1,6 @@
 //! One image of one sample with its stamp: the same in a run, in a replay and out of a recording.
 
-use bus::message::{Chosen, FrameStamp, Images, TargetShown, ToolPose};
+use bus::message::{Chosen, FrameStamp, Images, TargetShown, TissueHeader, TissueShown, ToolPose};
 use scene::Scene;
 
 use crate::overlay::Notice;
@@ -37,19 +37,21 @@ impl<'a> Shot<'a> {
         let is_rigid = renderer.view().sampling.slab.is_some() || self.images.at_rest;
         what.tissue = self.shown(what.notice, is_rigid);
         renderer.show(self.images);
+        let mut why = match what.tissue.shown {
+            TissueShown::Refused => what.tissue.errors.map_or("", TissueHeader::why).to_owned(),
+            _ => String::new(),
+        };
         match renderer.render(what, self.scene, resampler) {
             // Of the examination there is an image all the same.
-            Err(RenderError::Organs(_) | RenderError::Model(_)) => {
+            Err(refused @ (RenderError::Organs(_) | RenderError::Model(_))) => {
+                why = refused.to_string();
                 what.tissue = Tissues::refused();
                 renderer.render(what, self.scene, resampler)?;
             }
             drawn => drop(drawn?),
         }
-        Ok(stamped(
-            stamp_of(self.sample, what),
-            self.tissue,
-            (&what.tissue, what.chosen),
-        ))
+        let shown = (&what.tissue, what.chosen);
+        Ok(stamped(stamp_of(self.sample, what), self.tissue, shown).refused_because(&why))
     }
 
     /// What an image shows of the tissue; nothing is said where the scene moves none. `is_rigid` where organs are not followed.

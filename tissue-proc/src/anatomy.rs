@@ -34,6 +34,18 @@ pub(crate) enum NoAnatomy {
     /// The scene of organs, or what it says of the label map.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// Another file than the run began with, or than was recorded.
+    #[error("{path}: its hash is {found}, and {expected} is expected ({key}): other organs would be moved")]
+    Other {
+        /// The file.
+        path: PathBuf,
+        /// Its hash.
+        found: String,
+        /// The hash of the one that is to be moved.
+        expected: String,
+        /// Which key of the scene says so.
+        key: &'static str,
+    },
     /// The label map.
     #[error("{path}: {source}")]
     Labels {
@@ -117,7 +129,11 @@ pub(crate) fn make(
     load: LoadLabels,
 ) -> Result<Anatomy, NoAnatomy> {
     let path = &spec.organs;
-    let source = Parsed::<RawSpaceScene>::parse(organs::read(path)?, path)?;
+    let text = organs::read(path)?;
+    same(path, "tissue.organs_hash", spec.organs_hash.as_deref(), || {
+        blake3::hash(text.as_bytes()).to_string()
+    })?;
+    let source = Parsed::<RawSpaceScene>::parse(text, path)?;
     let plan = Plan::new(&source.scene).map_err(|why| source.error_at(why))?;
     alone(path, &plan, scene)?;
     let labels = labels(&source, &plan, (scene, grid), load)?;
@@ -143,6 +159,19 @@ pub(crate) fn make(
         mesh,
         said,
     })
+}
+
+/// Refuses another file than the run's scene says.
+fn same(path: &Path, key: &'static str, expected: Option<&str>, found: impl Fn() -> String) -> Result<(), NoAnatomy> {
+    match expected.map(|expected| (found(), expected)) {
+        Some((found, expected)) if found != expected => Err(NoAnatomy::Other {
+            path: path.to_owned(),
+            found,
+            expected: expected.to_owned(),
+            key,
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// One organ, and the tube of the run.
@@ -183,6 +212,12 @@ fn labels(
         let found = sha::of_labels(&path).map_err(|error| named(error.into()))?;
         sha::pinned(wanted, &path, found.as_deref()).map_err(|why| source.error_at(why))?;
     }
+    same(
+        &path,
+        "tissue.labels_hash",
+        scene.tissue.as_ref().and_then(|spec| spec.labels_hash.as_deref()),
+        || map.volume.hash.to_string(),
+    )?;
     // Of other voxels it may be of another patient.
     if map.lies_on(grid).is_doubtful() {
         return Err(NoAnatomy::OtherGrid { path });

@@ -206,4 +206,36 @@ mod tests {
             assert!(shadow < level(brightest) / 3.0, "{shadow}");
         }
     }
+
+    /// An image that is the one before byte for byte is taken for that of a frozen screen: a probe at rest must send none.
+    #[test]
+    fn images_of_a_probe_at_rest_differ_by_noise_and_an_image_of_a_number_is_the_same_again() {
+        let at_rest = Rigid::<Ct, Tool>::from_rotation_vector(Vector::new(0.7, -0.3, 1.9), Vector::new(4.0, -2.0, 9.0));
+        let at_rest = at_rest.unwrap();
+        // Tissue, tissue before bone, air in front of the face, and water.
+        let bodies: [fn([f64; 3]) -> f64; 4] = [
+            |_| 50.0,
+            |[x, ..]| if x > 8.0 { 900.0 } else { 50.0 },
+            |_| -1000.0,
+            |_| 0.0,
+        ];
+        for (array, depth_mm) in arrays().into_iter().flat_map(|array| [(array, 50.0), (array, 120.0)]) {
+            let spec = Probe {
+                depth_mm,
+                ..spec(array)
+            };
+            let mut probe = SimulatedProbe::new(spec, 1).unwrap();
+            for body in bodies {
+                let images = [0, 1, 2, u64::MAX].map(|number| probe.image(&body, at_rest, number).unwrap());
+                for (i, one) in images.iter().enumerate() {
+                    assert!(
+                        images[..i].iter().all(|other| other != one),
+                        "{array:?}, {depth_mm} mm: image {i}"
+                    );
+                }
+                let mut other = SimulatedProbe::new(spec, 1).unwrap();
+                assert!(other.image(&body, at_rest, 1).unwrap() == images[1]);
+            }
+        }
+    }
 }

@@ -129,6 +129,12 @@ impl Session {
         self.last.as_ref().filter(|_| self.is_ruled())
     }
 
+    /// Whether nobody knows for how long the measurement of a pose of a replay, published at `t_publish_ns`, had stood still.
+    pub fn is_unjudged(&self, t_publish_ns: i64) -> bool {
+        let law = self.replay().filter(|_| self.is_replay());
+        law.is_some_and(|law| t_publish_ns < law.judged_from_ns)
+    }
+
     /// Whether the clock shows anything: that of another machine's run is not known before its first law, and until then nobody can say
     /// how old a pose is.
     pub fn is_known(&self) -> bool {

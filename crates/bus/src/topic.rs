@@ -144,7 +144,7 @@ pub const GROUND_TRUTH: Topic = Topic {
 /// The clock of a replay, of another machine's run, or simulated time. There is none in a run that navigates here.
 pub const SESSION_CLOCK: Topic = Topic {
     name: "session-clock",
-    payload: "trocar/ClockLaw/2",
+    payload: "trocar/ClockLaw/3",
     purpose: "the clock of a replay, of another machine's run, or simulated time (these only)",
     ..BASE
 };
@@ -160,7 +160,7 @@ pub const TIMELINE: Topic = Topic {
 /// The images of one view.
 pub const VIEW_FRAME: Topic = Topic {
     name: "view/*",
-    payload: "trocar/FrameHeader/5 + [u8] RGBA",
+    payload: "trocar/FrameHeader/6 + [u8] RGBA",
     // A viewer holds the set that it shows and two that gather, and is handed one more.
     borrowed: 4,
     deadline: Some(Duration::from_millis(100)),
@@ -172,7 +172,7 @@ pub const VIEW_FRAME: Topic = Topic {
 /// Images that were asked for: on a topic of their own, so that live ones never replace them.
 pub const HELD_FRAME: Topic = Topic {
     name: "held/*",
-    payload: "trocar/FrameHeader/5 + [u8] RGBA",
+    payload: "trocar/FrameHeader/6 + [u8] RGBA",
     purpose: "the image of one view for the pose that was asked for last",
     ..BASE
 };
@@ -180,7 +180,7 @@ pub const HELD_FRAME: Topic = Topic {
 /// Images of a plane that was asked for, whatever the tool does.
 pub const LOOK_FRAME: Topic = Topic {
     name: "look/*",
-    payload: "trocar/FrameHeader/5 + [u8] RGBA",
+    payload: "trocar/FrameHeader/6 + [u8] RGBA",
     wakes: true,
     purpose: "the image of one view for the plane that was asked for last",
     ..BASE
@@ -238,7 +238,7 @@ pub const STEPS: Topic = Topic {
 /// The stamps of all images of one renderer.
 pub const FRAME_STAMP: Topic = Topic {
     name: "stamp/*",
-    payload: "trocar/FrameStamp/4",
+    payload: "trocar/FrameStamp/5",
     buffer: 1024,
     purpose: "what each image of a process showed and when: for latency and state",
     ..BASE

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::values::{Checked, invalid, number};
+use super::volume::hash;
 
 /// `[plan]`
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -19,6 +20,9 @@ pub struct RawPlan {
     /// A label map: which structure lies where.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub labels: Option<String>,
+    /// The only label map that is shown: BLAKE3 of its geometry and voxels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub labels_hash: Option<String>,
     /// The error of navigation that distances to structures are lessened by, mm; absent: it is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error_mm: Option<f64>,
@@ -31,6 +35,8 @@ pub struct PlanSpec {
     pub file: Option<PathBuf>,
     /// The label map's file.
     pub labels: Option<PathBuf>,
+    /// The only label map that is shown; `None`: any.
+    pub labels_hash: Option<String>,
     /// The error of navigation, mm; `None`: not known.
     pub error_mm: Option<f64>,
 }
@@ -45,6 +51,7 @@ pub(super) fn checked(raw: Option<&RawPlan>) -> Checked<PlanSpec> {
     Ok(PlanSpec {
         file: path("file", &raw.file)?,
         labels: path("labels", &raw.labels)?,
+        labels_hash: hash("plan.labels_hash", raw.labels_hash.as_deref())?,
         error_mm: raw.error_mm.map(error).transpose()?,
     })
 }
@@ -67,6 +74,10 @@ mod tests {
                 "line 2, column 12, key plan.error_mm: found -1; allowed: 0 to 100 mm",
             ),
             ("[plan]\nerror_mm = nan", "key plan.error_mm: found NaN"),
+            (
+                "[plan]\nlabels_hash = \"00ff\"",
+                "key plan.labels_hash: found \"00ff\"; allowed: 64 hexadecimal digits",
+            ),
             ("[plan]\nfiles = \"p\"", "unknown field `files`"),
             (
                 "[volume]\nhash = \"00ff\"",

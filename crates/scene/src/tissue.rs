@@ -6,6 +6,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::values::{Checked, invalid, number};
+use super::volume::hash;
 
 /// `[tissue]`
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -14,6 +15,12 @@ pub struct RawTissue {
     /// A scene of organs in space, as `simulate run` takes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub organs: Option<String>,
+    /// The only scene of organs that is taken: BLAKE3 of the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub organs_hash: Option<String>,
+    /// The only label map of it that is taken: BLAKE3 of its geometry and voxels.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub labels_hash: Option<String>,
     /// Free forces over the forces of contact at which a state is settled.
     pub tolerance: f64,
     /// Steps for a pose at most.
@@ -34,6 +41,8 @@ impl Default for RawTissue {
     fn default() -> Self {
         Self {
             organs: None,
+            organs_hash: None,
+            labels_hash: None,
             tolerance: 1e-3,
             most_steps: 12,
             refresh_mm: 1.0,
@@ -50,6 +59,10 @@ impl Default for RawTissue {
 pub struct TissueSpec {
     /// The scene of organs in space.
     pub organs: PathBuf,
+    /// The only such file that is taken, by its BLAKE3; `None`: any.
+    pub organs_hash: Option<String>,
+    /// The only label map of it that is taken; `None`: any.
+    pub labels_hash: Option<String>,
     /// Free forces over the forces of contact at which a state is settled.
     pub tolerance: f64,
     /// Steps for a pose at most.
@@ -90,6 +103,8 @@ fn spec(raw: &RawTissue, stale_ms: f64) -> Checked<TissueSpec> {
     let late_ms = number("tissue.late_ms", raw.late_ms, 1.0..=0.5 * stale_ms, allowed)?;
     Ok(TissueSpec {
         organs: PathBuf::from(organs),
+        organs_hash: hash("tissue.organs_hash", raw.organs_hash.as_deref())?,
+        labels_hash: hash("tissue.labels_hash", raw.labels_hash.as_deref())?,
         tolerance: number(
             "tissue.tolerance",
             raw.tolerance,
@@ -133,6 +148,10 @@ mod tests {
             ("organs = \"k\"\nlate_ms = -1.0", "key tissue.late_ms: found -1"),
             ("organs = \"k\"\npiece_mm = inf", "key tissue.piece_mm: found inf"),
             ("organs = \"k\"\nerror_every = 0", "key tissue.error_every: found 0"),
+            (
+                "organs = \"k\"\norgans_hash = \"f\"",
+                "key tissue.organs_hash: found \"f\"",
+            ),
             ("organs = \"k\"\ndelay = 2000", "key tissue.delay: found 2000"),
             (
                 "organs = \"k\"\nlate_ms = 51.0",

@@ -166,15 +166,16 @@ pub(super) fn checked(raw: &RawVolume, targets: &[Target], entry: Option<[f64; 3
             None => None,
         },
         downsample: raw.downsample,
-        hash: raw.hash.as_deref().map(hash).transpose()?,
+        hash: hash("volume.hash", raw.hash.as_deref())?,
     })
 }
 
-fn hash(text: &str) -> Checked<String> {
-    let is_hash = text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
-    match is_hash {
-        true => Ok(text.to_ascii_lowercase()),
-        false => Err(invalid("volume.hash", format!("{text:?}"), "64 hexadecimal digits")),
+/// A BLAKE3 as people write it, in lower case.
+pub(super) fn hash(key: &'static str, text: Option<&str>) -> Checked<Option<String>> {
+    let is_hash = |text: &str| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+    match text {
+        Some(text) if !is_hash(text) => Err(invalid(key, format!("{text:?}"), "64 hexadecimal digits")),
+        text => Ok(text.map(str::to_ascii_lowercase)),
     }
 }
 

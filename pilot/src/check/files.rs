@@ -46,25 +46,38 @@ pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
     let named = named.filter(|(key, file)| !is_made(key) || file.exists());
     let mut faults: Vec<String> = named.filter_map(|(key, file)| fault(key, file)).collect();
     if !is_made("tracker.registration.file") {
-        faults.extend(from_another_frame(scene));
+        faults.extend(of_another_patient(scene));
     }
     faults
 }
 
-/// A registration from another frame than that of the scene's marker on the patient, or of its localizer, is refused by the tracker. What is no
-/// registration at all is found there.
-fn from_another_frame(scene: &Scene) -> Option<String> {
+/// A registration from another frame than that of the scene's marker on the patient, or of its localizer, is refused by the tracker, and one that
+/// is not of the marker that the scene names. What is no registration at all is found there.
+fn of_another_patient(scene: &Scene) -> Option<String> {
     #[derive(Deserialize)]
     struct Registration {
         from: String,
+        marker: Option<String>,
     }
-    let path = &scene.tracker.links.registration.as_ref()?.file.path;
+    let link = &scene.tracker.links.registration.as_ref()?.file;
+    let path = &link.path;
     // Opening a pipe would wait for its writer.
     fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
     let mut text = String::new();
     let file = File::open(path).ok()?;
     file.take(MAX_BYTES).read_to_string(&mut text).ok()?;
-    let from = serde_json::from_str::<Registration>(&text).ok()?.from;
+    let Registration { from, marker } = serde_json::from_str(&text).ok()?;
+    let told = |text: &str| text.chars().take(64).collect::<String>();
+    if let Some(asked) = link.marker.as_deref().filter(|asked| marker.as_deref() != Some(asked)) {
+        return Some(format!(
+            "tracker.registration.file {}: found a registration of {}, expected one of the marker {asked:?} (tracker.registration.marker)",
+            path.display(),
+            marker.map_or("no named marker".to_owned(), |marker| format!(
+                "the marker {:?}",
+                told(&marker)
+            ))
+        ));
+    }
     let expected = match scene.tracker.source.has_reference() {
         true => "reference",
         false => "tracker",
@@ -73,7 +86,7 @@ fn from_another_frame(scene: &Scene) -> Option<String> {
         format!(
             "tracker.registration.file {}: found a registration from {:?}, expected one from {expected}: {}",
             path.display(),
-            from.chars().take(64).collect::<String>(),
+            told(&from),
             match expected {
                 "reference" => "the scene has a marker on the patient, whose motion would not be followed",
                 _ => "the scene has no marker on the patient",

@@ -154,6 +154,26 @@ fn a_registration_from_the_tracker_in_a_scene_with_a_marker_on_the_patient_is_a_
     assert!(faults("reference", "").join("\n").contains("no marker on the patient"));
 }
 
+/// The tracker refuses it, and nobody was told before.
+#[test]
+fn a_registration_that_is_not_of_the_marker_that_the_scene_names_is_a_fault() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("r.json");
+    let faults = |marker: &str, asked: &str| {
+        std::fs::write(&file, format!("{{\"from\": \"tracker\"{marker}}}")).unwrap();
+        let text = format!(
+            "[volume]\nspacing_mm = 6.0\n[tracker]\nsource = \"operating-room\"\n[tracker.registration]\nfile = {file:?}\n{asked}"
+        );
+        checked(&text).faults.join("\n")
+    };
+    let asked = "marker = \"skull\"\n";
+    assert_eq!(faults("", "") + &faults(", \"marker\": \"skull\"", asked), "");
+    assert!(
+        faults("", asked).contains("found a registration of no named marker, expected one of the marker \"skull\"")
+    );
+    assert!(faults(", \"marker\": \"leg\"", asked).contains("found a registration of the marker \"leg\""));
+}
+
 #[test]
 fn an_examination_that_is_a_device_is_not_opened() {
     let faults = checked("[volume]\nsource = \"/dev/zero\"").faults;

@@ -7,6 +7,7 @@ use crate::cli::plan::PlanCliError;
 use crate::remote::RemoteError;
 use crate::replay::PrepareError;
 use crate::resolve::ResolveError;
+use crate::resolve::tied::OtherFile;
 use crate::run::RunError;
 use crate::spawn::SpawnError;
 
@@ -21,6 +22,8 @@ pub(crate) enum CliError {
     NoReplay(String),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Tied(#[from] OtherFile),
     #[error(transparent)]
     Plan(#[from] PlanCliError),
     #[error(transparent)]

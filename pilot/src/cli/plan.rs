@@ -47,8 +47,8 @@ type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 pub struct Hands {
     /// Reads an examination; the number is the generated patient's seed.
     pub load: fn(&VolumeSpec, u64) -> Read<OwnedVolume>,
-    /// Reads a label map of an examination.
-    pub load_labels: fn(&Path, &VolumeSpec) -> Read<bus::volume::LabelMap>,
+    /// Reads a label map of an examination; the number is the generated patient's seed.
+    pub load_labels: fn(&Path, &VolumeSpec, u64) -> Read<bus::volume::LabelMap>,
     /// Reads the names that a label map comes with.
     pub label_names: fn(&Path) -> Read<LabelNames>,
     /// Reads the points of a structure set of an examination; `None` of what is no such file.
@@ -201,7 +201,7 @@ impl PlanArgs {
             path: path.clone(),
             source,
         };
-        let labels = (hands.load_labels)(&path, &scene.volume).map_err(fail)?;
+        let labels = (hands.load_labels)(&path, &scene.volume, scene.seed).map_err(fail)?;
         let names = (hands.label_names)(&path).map_err(fail)?;
         let map = LabelMap {
             file: path.display().to_string(),

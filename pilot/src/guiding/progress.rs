@@ -2,6 +2,7 @@
 
 use bus::message::{Command, Lost, ToolPose, Tracked, VolumeHash};
 use guidance::workflow::{Action, Check, Event, Rules, Stage, State, VolumeId, step};
+use serde::Serialize;
 
 use super::identity;
 
@@ -22,6 +23,18 @@ pub(super) struct Checked {
     registration_id: u64,
 }
 
+/// The last check of a run, for its report.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct CheckReport {
+    /// As poses bear it.
+    registration_id: String,
+    points: u32,
+    worst_mm: f64,
+    pub(super) passed: bool,
+    /// What `calib` said against the registration; `null`: nothing.
+    pub(super) warning: Option<String>,
+}
+
 /// The workflow's state, and what it is fed with.
 #[derive(Debug)]
 pub(super) struct Progress {
@@ -33,6 +46,7 @@ pub(super) struct Progress {
     /// A person has ended the navigation: it does not start by itself again.
     rests: bool,
     checked: Option<Checked>,
+    report: Option<CheckReport>,
     /// When a person said last that the marker on the patient was moved, ns on the session's clock, and how often she did.
     bumped: (Option<i64>, u32),
     /// For the log.
@@ -48,6 +62,7 @@ impl Progress {
             seen_ns: None,
             rests: false,
             checked: None,
+            report: None,
             bumped: (None, 0),
             said: Vec::new(),
         }
@@ -196,6 +211,11 @@ impl Progress {
         self.checked
     }
 
+    /// The last check of any registration.
+    pub(super) const fn report(&self) -> Option<&CheckReport> {
+        self.report.as_ref()
+    }
+
     /// How often a person said that the marker on the patient was moved.
     pub(super) const fn bumps(&self) -> u32 {
         self.bumped.1
@@ -245,6 +265,13 @@ impl Progress {
             Check::Failed => "FAILED",
             Check::Bumped | Check::NotMade => "does not hold",
         };
+        self.report = Some(CheckReport {
+            registration_id: format!("{:016x}", pose.registration_id),
+            points: request.view,
+            worst_mm,
+            passed: self.state.check() == Check::Passed,
+            warning: (!fails.is_empty()).then_some(fails),
+        });
         // `recorder report` takes these words apart.
         Ok(format!(
             "check {verdict}: {} points, the worst {worst_mm:.2} mm off{because}",

@@ -10,12 +10,18 @@ use serde::Serialize;
 
 use super::{Latency, percentiles};
 
+/// Words of a model may have numbers in them: so many different ones are told, and the rest counted together.
+const MOST_REASONS: usize = 32;
+const OTHER_REASONS: &str = "other reasons";
+
 /// The first image of each pose in each view.
 #[derive(Debug)]
 pub(crate) struct TissueBook {
     counts: [u64; TissueShown::ALL.len()],
     /// Images, however often drawn and whatever asked for, that say nothing or have a code that no version has.
     unmarked: u64,
+    /// How many first images a model's refusal left at rest, by its words.
+    refused: BTreeMap<String, u64>,
     /// From capture to handing over, of images with organs where a state has them, ms.
     moved_ms: Histogram,
 }
@@ -27,6 +33,8 @@ pub(crate) struct TissueReport {
     pub(crate) images: BTreeMap<&'static str, u64>,
     /// Images that say nothing of organs though the scene moves some: that must never be.
     pub(crate) unmarked: u64,
+    /// Why a model refused poses, in its words, with the number of their first images.
+    pub(crate) refused_because: BTreeMap<String, u64>,
     /// From the capture of a pose to the image of organs where the state of that pose has them.
     pub(crate) pose_to_tissue_ms: Latency,
 }
@@ -36,6 +44,7 @@ impl Default for TissueBook {
         Self {
             counts: Default::default(),
             unmarked: 0,
+            refused: BTreeMap::new(),
             moved_ms: Histogram::new(1e-3, 1e6),
         }
     }
@@ -54,6 +63,12 @@ impl TissueBook {
             return;
         };
         self.counts[shown.code() as usize] += 1;
+        if shown == TissueShown::Refused {
+            let why = stamp.tissue_why();
+            let has_room = self.refused.len() < MOST_REASONS || self.refused.contains_key(why);
+            let why = if has_room { why } else { OTHER_REASONS };
+            *self.refused.entry(why.to_owned()).or_default() += 1;
+        }
         if matches!(shown, TissueShown::Settled | TissueShown::Approximate) {
             self.moved_ms.add(ms(age_ns));
         }
@@ -69,6 +84,7 @@ impl TissueBook {
         TissueReport {
             images: TissueShown::ALL.iter().skip(1).map(of).collect(),
             unmarked: self.unmarked,
+            refused_because: self.refused.clone(),
             pose_to_tissue_ms: percentiles(&self.moved_ms),
         }
     }
@@ -130,6 +146,13 @@ mod tests {
         );
         assert_eq!((report.unmarked, report.problem()), (0, None));
         assert!(report.line().contains("late 1, settled 2;"), "{}", report.line());
+        let refused = |why: &str| stamp(TissueShown::Refused.code()).refused_because(why);
+        book.frame(&refused("draw it back"), 0);
+        book.frame(&refused("draw it back"), 0);
+        (0..40).for_each(|mm| book.frame(&refused(&format!("{mm} mm")), 0));
+        let because = book.counted().refused_because;
+        assert_eq!((because["draw it back"], because.len()), (2, MOST_REASONS + 1));
+        assert_eq!(because[OTHER_REASONS], 42 - 2 - (MOST_REASONS as u64 - 1));
         for shown in [TissueShown::None.code(), 99, TissueShown::Late.code()] {
             book.said(&stamp(shown));
         }

@@ -12,6 +12,7 @@ use super::facts::{self, Facts, FactsError};
 use super::recompute::{Recompute, RecomputeError};
 use crate::output;
 use crate::planning::follow;
+use crate::resolve::tied::{self, LoadLabels, Made, OtherFile};
 use crate::resolve::{ResolveError, volume_path};
 use crate::state::Options;
 
@@ -24,6 +25,8 @@ pub(crate) enum PrepareError {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Resolve(#[from] ResolveError),
+    #[error(transparent)]
+    Tied(#[from] OtherFile),
     #[error(transparent)]
     Recompute(#[from] RecomputeError),
     #[error(
@@ -82,7 +85,7 @@ pub(crate) enum PrepareError {
 }
 
 /// Reads the recording, and refuses what cannot be replayed before anything is started.
-pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), PrepareError> {
+pub(crate) fn prepare(args: &ReplayArgs, load: LoadLabels) -> Result<(Options, Source, Scene), PrepareError> {
     let recording = std::path::absolute(&args.recording).unwrap_or_else(|_| args.recording.clone());
     if !output::recordings(&args.out, output::SESSION).is_empty() {
         return Err(PrepareError::HoldsSession(args.out.clone()));
@@ -105,7 +108,8 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
     if !args.force {
         whole(&facts, &recording)?;
     }
-    let (source, scene, recompute) = scene(args, &facts, &recording)?;
+    let (mut source, scene, recompute) = scene(args, &facts, &recording)?;
+    let unknown_files = same_files((&mut source, &scene), (args, &recording), load)?;
     let replay = Replay {
         recording,
         speed: args.speed.clone(),
@@ -114,6 +118,7 @@ pub(crate) fn prepare(args: &ReplayArgs) -> Result<(Options, Source, Scene), Pre
         force: args.force,
         every,
         recompute,
+        unknown_files,
         facts,
     };
     let options = Options {
@@ -190,6 +195,24 @@ fn same_organs(source: &Source, (path, recorded): (&Path, &str), recording: &Pat
     }
 }
 
+/// Refuses other files than pictures, or states of a model that answers again, were made of; in words those of which the recording says nothing.
+fn same_files(
+    (source, scene): (&mut Source, &Scene),
+    (args, recording): (&ReplayArgs, &Path),
+    load: LoadLabels,
+) -> Result<Vec<String>, PrepareError> {
+    // An overview shows no other structures, whether it is forced or not.
+    let made = Made {
+        overview: Made::by(scene).overview && !args.force,
+        organs: args.recompute_tissue,
+    };
+    let unknown = tied::check(&mut source.scene, (scene, made), recording, load)?;
+    for words in &unknown {
+        bus::stderr_line!("pilot: warning: {words}");
+    }
+    Ok(unknown)
+}
+
 /// The scene of the recording, with the examination where it lies now; without a recording of its own, unless poses are made
 /// again.
 fn scene(
@@ -205,6 +228,9 @@ fn scene(
     };
     if let (Some(path), Some(text)) = (&args.scene, &facts.scene) {
         same_organs(&source, (path, text), recording)?;
+    }
+    if let Some(mut recorded) = facts.scene.as_ref().and_then(|text| raw::parse(text, recording).ok()) {
+        tied::take_over(&mut source.scene, &mut recorded.scene);
     }
     // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now: an overview that shows them says so.
     let labels = source.scene.plan.as_mut().and_then(|plan| plan.labels.take());

@@ -9,6 +9,7 @@ use mcap::Message;
 
 use crate::edit::progress::Progress;
 use crate::read::damage::{Damage, OpenError};
+use crate::read::one_run::OneRun;
 use crate::read::reader;
 use crate::read::scan::{self, Item};
 use crate::read::tally::Tally;
@@ -28,11 +29,17 @@ pub struct Info {
     pub damage: Vec<Damage>,
     /// When messages came, by topic.
     pub timing: BTreeMap<String, Timing>,
+    /// Why it is no recording of one run, in words; what is told of the run is then that of the last one.
+    pub of_two_runs: Option<String>,
+    one_run: OneRun,
 }
 
 impl Info {
     /// Takes note of what was found next.
     pub fn take(&mut self, item: Result<&Item, Damage>) {
+        if let Some(why) = item.as_ref().ok().and_then(|item| self.one_run.beside(item)) {
+            self.of_two_runs.get_or_insert(why);
+        }
         match item {
             Ok(Item::Channel(channel)) => {
                 self.tally.declare(channel);
@@ -113,6 +120,12 @@ impl fmt::Display for Info {
                 let facts: Vec<_> = content.iter().map(|(key, value)| format!("{key} = {value}")).collect();
                 writeln!(f, "{name}: {}", facts.join(", "))?;
             }
+        }
+        if let Some(why) = &self.of_two_runs {
+            writeln!(
+                f,
+                "NOT OF ONE RUN: {why}; what stands here of the run is of the last one"
+            )?;
         }
         match &self.damage[..] {
             [] => writeln!(f, "The file is whole."),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use mcap::Attachment;
 use mcap::records::Metadata;
 
+use crate::read::scan::Item;
 use crate::wire::schema::{RUN, SCENE};
 
 /// What the records of one run say alike, where they say it.
@@ -20,8 +21,17 @@ pub(crate) struct OneRun {
 }
 
 impl OneRun {
+    /// What lies beside the messages and is of another run than what came before it, in words.
+    pub(crate) fn beside(&mut self, item: &Item) -> Option<String> {
+        match item {
+            Item::Attachment(file) => self.another_scene(file),
+            Item::Metadata(record) => self.differs(record),
+            _ => None,
+        }
+    }
+
     /// What a record says of another run than those before it, in words.
-    pub(crate) fn differs(&mut self, record: &Metadata) -> Option<String> {
+    fn differs(&mut self, record: &Metadata) -> Option<String> {
         let values = SAME.iter().filter(|_| record.name == RUN);
         let mut values = values.filter_map(|key| Some((*key, record.metadata.get(*key)?)));
         values.find_map(|(key, found)| {
@@ -35,7 +45,7 @@ impl OneRun {
     }
 
     /// That an attached scene is another than one before it, in words.
-    pub(crate) fn another_scene(&mut self, file: &Attachment<'_>) -> Option<String> {
+    fn another_scene(&mut self, file: &Attachment<'_>) -> Option<String> {
         if file.name != SCENE {
             return None;
         }

@@ -54,13 +54,11 @@ pub fn verify(path: &Path) -> Result<Verified, OpenError> {
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
+        let of_another = item.as_ref().ok().and_then(|item| verified.one_run.beside(item));
+        of_another.into_iter().for_each(|words| verified.find(words));
         match item {
             Ok(Item::Message(message)) => verified.message(&message),
-            Ok(Item::Attachment(file)) => {
-                verified.attachments += 1;
-                verified.of_one(|run| run.another_scene(&file));
-            }
-            Ok(Item::Metadata(record)) => verified.of_one(|run| run.differs(&record)),
+            Ok(Item::Attachment(_)) => verified.attachments += 1,
             Ok(_) => {}
             Err(damage) => verified.find(damage.to_string()),
         }
@@ -76,11 +74,6 @@ impl Verified {
         if self.findings.len() < NAMED {
             self.findings.push(words);
         }
-    }
-
-    fn of_one(&mut self, differs: impl FnOnce(&mut OneRun) -> Option<String>) {
-        let differs = differs(&mut self.one_run);
-        differs.into_iter().for_each(|words| self.find(words));
     }
 
     fn message(&mut self, message: &Message<'_>) {

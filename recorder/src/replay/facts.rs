@@ -216,12 +216,7 @@ impl Facts {
 
     /// Takes what lies beside the messages, unless it is of another run.
     fn beside(&mut self, path: &Path, item: Item) -> Result<(), FactsError> {
-        let differs = match &item {
-            Item::Attachment(file) => self.one_run.another_scene(file),
-            Item::Metadata(metadata) => self.one_run.differs(metadata),
-            _ => None,
-        };
-        if let Some(why) = differs {
+        if let Some(why) = self.one_run.beside(&item) {
             let path = path.to_owned();
             return Err(FactsError::TwoRuns { path, why });
         }

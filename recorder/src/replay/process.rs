@@ -142,6 +142,8 @@ struct Replayer<'a> {
     frozen_ns: Option<i64>,
     /// What is shown is judged as the views judge it.
     judge: Judge,
+    /// When the first pose was published of which the judge knows for how long its measurement had stood still.
+    judged_from_ns: i64,
     /// A pose that is drawn and not yet pictured.
     unpictured: Option<ToolPose>,
     timing: Timing,
@@ -252,6 +254,7 @@ impl<'a> Replayer<'a> {
             images: images.transpose()?,
             frozen_ns: Limits::of(&process.scene).frozen_ns,
             judge: Judge::default(),
+            judged_from_ns: i64::MIN,
             unpictured: None,
             timing: Timing::default(),
             published: 0,

@@ -169,8 +169,8 @@ impl Transport {
         self.law = Law::new(now_ns, monotonic_ns, rate).unwrap_or(Law::still(now_ns));
     }
 
-    /// What to tell everybody.
-    pub fn message(&self) -> ClockLaw {
+    /// What to tell everybody; of poses published from `judged_from_ns` on it is known for how long their measurement had stood still.
+    pub fn message(&self, judged_from_ns: i64) -> ClockLaw {
         let (anchor_ns, anchor_monotonic_ns) = self.law.anchor();
         ClockLaw {
             anchor_ns,
@@ -180,6 +180,7 @@ impl Transport {
             first_ns: self.span_ns[0],
             last_ns: self.span_ns[1],
             zero_ns: self.zero_ns,
+            judged_from_ns,
             speed: self.speed.number(),
             state: self.state.code(),
             reserved: 0,

@@ -22,6 +22,7 @@ use super::story::{Check, Meaning, Story};
 use super::tip::Tip;
 use crate::edit::progress::Progress;
 use crate::read::damage::Damage;
+use crate::read::one_run::OneRun;
 use crate::read::reader;
 use crate::read::scan::{Item, Scan};
 use crate::read::tally::Tally;
@@ -61,6 +62,7 @@ pub(super) struct Gathered {
     continuity: Continuity,
     last_seq: Option<u64>,
     registration_id: Option<u64>,
+    one_run: OneRun,
 }
 
 /// What every scene has that says nothing of it.
@@ -98,6 +100,7 @@ impl Gathered {
             continuity: Continuity::default(),
             last_seq: None,
             registration_id: None,
+            one_run: OneRun::default(),
         }
     }
 
@@ -107,6 +110,10 @@ impl Gathered {
     }
 
     fn take(&mut self, path: &Path, item: Item) -> Result<(), ReportError> {
+        if let Some(why) = self.one_run.beside(&item) {
+            let path = path.to_owned();
+            return Err(ReportError::TwoRuns { path, why });
+        }
         match item {
             Item::Channel(channel) => {
                 expected::check(path, &channel)?;

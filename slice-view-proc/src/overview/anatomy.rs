@@ -25,6 +25,10 @@ pub struct LabelFile<'a> {
     pub examination: &'a VolumeSpec,
     /// Who reads it.
     pub load: LoadLabels,
+    /// The hash of the only one that is shown; `None`: nothing says which.
+    pub expected: Option<&'a str>,
+    /// Whether what is shown was recorded: then nothing but the hash says that it is the map of the run.
+    pub is_recorded: bool,
 }
 
 /// While surfaces are made, a sign of life is given this often.
@@ -35,13 +39,41 @@ const ALIVE: Duration = Duration::from_millis(50);
 pub struct Anatomy {
     pub(crate) meshes: Vec<Mesh>,
     pub(crate) caution: String,
+    /// Why the structures of another label map than the expected one are not shown.
+    pub(crate) other: Option<OtherLabels>,
+}
+
+/// Another label map than the expected one.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "its hash is {found}, and {expected} is expected (plan.labels_hash): it may have other structures than were seen"
+)]
+pub struct OtherLabels {
+    /// The hash of the one that lies there.
+    pub found: String,
+    /// That of the one that is to be shown.
+    pub expected: String,
+}
+
+/// Why there are no structures.
+#[derive(Debug, thiserror::Error)]
+enum NoStructures {
+    #[error(transparent)]
+    Other(#[from] OtherLabels),
+    #[error(transparent)]
+    Read(#[from] Box<dyn std::error::Error + Send + Sync>),
+    // Of other voxels it may be of another patient.
+    #[error("its voxels are not those of the examination")]
+    Grid,
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 }
 
 impl Anatomy {
     /// Bone from `bone_hu` on, and the structures of the label map that is named, which must be of the voxels of `volume`. Whatever is not
     /// there is told on the images, and why on stderr. Calls `alive` several times a second.
     pub fn of(volume: &VolumeView<'_>, bone_hu: f64, labels: Option<LabelFile<'_>>, alive: &mut dyn FnMut()) -> Self {
-        let (mut meshes, mut cautions) = (Vec::new(), Vec::new());
+        let (mut meshes, mut cautions, mut other) = (Vec::new(), Vec::new(), None);
         match meanwhile(alive, || bone(volume, bone_hu)) {
             Ok(mesh) if mesh.is_empty() => cautions.push("NO BONE FOUND"),
             Ok(mesh) => meshes.push(mesh),
@@ -53,19 +85,28 @@ impl Anatomy {
         if let Some(map) = labels {
             match meanwhile(alive, || structures(&map, volume.grid)) {
                 Ok(mesh) if mesh.is_empty() => cautions.push("NO STRUCTURES FOUND"),
-                Ok(mesh) => meshes.push(mesh),
+                Ok(mesh) => {
+                    meshes.push(mesh);
+                    if map.is_recorded && map.expected.is_none() {
+                        cautions.push("STRUCTURES NOT VERIFIED");
+                    }
+                }
                 Err(why) => {
                     bus::stderr_line!(
                         "slice-view-proc: error: label map {}: {why}. It is not shown",
                         map.path.display()
                     );
                     cautions.push("STRUCTURES NOT SHOWN");
+                    if let NoStructures::Other(why) = why {
+                        other = Some(why);
+                    }
                 }
             }
         }
         Self {
             meshes,
             caution: cautions.join(", "),
+            other,
         }
     }
 
@@ -83,18 +124,22 @@ fn bone(volume: &VolumeView<'_>, bone_hu: f64) -> Result<Mesh, SurfaceError> {
     surface::bone(&mut field, bone_hu)
 }
 
-fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<Mesh, String> {
-    let labels = (map.load)(map.path, map.examination).map_err(|error| error.to_string())?;
-    // Of other voxels it may be of another patient.
+fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<Mesh, NoStructures> {
+    let labels = (map.load)(map.path, map.examination)?;
+    let found = labels.volume.hash.to_string();
+    if let Some(expected) = map.expected.filter(|expected| *expected != found) {
+        let expected = expected.to_owned();
+        return Err(OtherLabels { found, expected }.into());
+    }
     if labels.lies_on(ct).is_doubtful() {
-        return Err("its voxels are not those of the examination".to_owned());
+        return Err(NoStructures::Grid);
     }
     let view = labels.volume.view();
     let mut field = Field {
         grid: &labels.volume.grid,
         read: &mut |z, slice| view.slice(z, slice),
     };
-    surface::structures(&mut field).map_err(|error| error.to_string())
+    Ok(surface::structures(&mut field)?)
 }
 
 /// Does long work while this thread gives signs of life.

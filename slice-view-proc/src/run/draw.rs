@@ -11,6 +11,7 @@ use super::{RunError, SliceView};
 use crate::accuracy::Accuracy;
 use crate::output::Output;
 use crate::overlay::Notice;
+use crate::remarks::UNJUDGED;
 use crate::render::Rendered;
 use crate::reslice::Resampler;
 use crate::shot::Shot;
@@ -99,10 +100,15 @@ impl SliceView {
         let is_held = drawing.notice == Notice::Requested;
         let clock = self.process.session.clock();
         // What was asked for says nothing of the present.
-        let remarks = match is_held {
+        let mut remarks = match is_held {
             true => Vec::new(),
             false => self.remarks.words(clock.now_ns()),
         };
+        let shows_it = matches!(drawing.notice, Notice::Live | Notice::Stale(_) | Notice::Requested);
+        let is_unjudged = shows_it && self.process.session.is_unjudged(sample.t_publish_ns);
+        if is_unjudged && !remarks.contains(&UNJUDGED) {
+            remarks.push(UNJUDGED);
+        }
         let mut what = Rendered {
             volume: volume.view(),
             volume_name: &self.volume_name,

@@ -12,7 +12,7 @@ use super::SnapshotError;
 use crate::accuracy::Accuracy;
 use crate::guide::Chosens;
 use crate::overlay::{Notice, Origin};
-use crate::overview::{Anatomy, LabelFile, LoadLabels, LoadVolume};
+use crate::overview::{Anatomy, LabelFile, LoadLabels, LoadVolume, OtherLabels};
 use crate::remarks::UNJUDGED;
 use crate::render::{Rendered, Renderer};
 use crate::reslice::{Chosen, Resampler};
@@ -96,6 +96,16 @@ pub enum RecordedError {
         /// That of the one that was loaded.
         shown: String,
     },
+    /// Another label map.
+    #[error("{recording}: label map {path}: {why}. Nothing is drawn; give the recorded file back its place")]
+    OtherLabels {
+        /// The recording.
+        recording: PathBuf,
+        /// The label map that its scene names.
+        path: PathBuf,
+        /// What it is, and what was recorded.
+        why: OtherLabels,
+    },
     /// What was chosen is none.
     #[error("{recording}: what was chosen at pose {seq}: {why}")]
     Guide {
@@ -158,8 +168,18 @@ pub(crate) fn recorded(
             path,
             examination: &scene.volume,
             load: load_labels,
+            expected: scene.plan.labels_hash.as_deref(),
+            is_recorded: true,
         });
         let anatomy = Anatomy::of(&volume.view(), renderer.view().surface.bone_hu, labels, &mut || {});
+        if let (Some(why), Some(labels)) = (&anatomy.other, labels) {
+            let other = RecordedError::OtherLabels {
+                recording: what.recording.to_owned(),
+                path: labels.path.to_owned(),
+                why: why.clone(),
+            };
+            return Err(other.into());
+        }
         renderer.show_anatomy(Arc::new(anatomy));
     }
     let stamp = drawn(&mut renderer, (what.recording, &found), &volume)?;

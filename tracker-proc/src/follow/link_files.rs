@@ -63,9 +63,15 @@ pub(super) fn registration(link: &RegistrationLink, expected: &Expected) -> Resu
             name(path)
         ));
     }
-    let untold = file.marker.as_deref().unwrap_or_default();
-    let marker = link.file.marker.as_deref().unwrap_or(untold);
-    file.of(&expected.ct_hash, marker).map_err(failed)?;
+    let (own, asked) = (file.marker.as_deref(), link.file.marker.as_deref());
+    if let (None, Some(asked)) = (own, asked) {
+        return Err(format!(
+            "{}: does not say of which marker it is, and {asked:?} is used; make it with --marker, or leave tracker.registration.marker out",
+            name(path)
+        ));
+    }
+    file.of(&expected.ct_hash, asked.or(own).unwrap_or_default())
+        .map_err(failed)?;
     let gates = Gates {
         max_rms_mm: link.gates.max_fre_mm,
         max_condition: link.gates.max_condition,
@@ -299,6 +305,38 @@ mod tests {
                 error.contains("tracker.registration.gates") && error.contains(words),
                 "{error}"
             );
+        }
+    }
+
+    /// The scene asked for a marker, and a file that names none was taken for one of it.
+    #[test]
+    fn a_registration_that_names_no_marker_is_none_of_the_scenes_marker() {
+        let of = |own: Option<&str>, asked: Option<&str>| {
+            let mut value = registered();
+            value["marker"] = own.into();
+            let (_folder, file) = put(&value);
+            let marker = asked.map(str::to_owned);
+            let link = RegistrationLink {
+                file: LinkFile { marker, ..file },
+                unchecked_ct: false,
+                gates: RegistrationGates::default(),
+            };
+            let expected = Expected {
+                tool: "scope".to_owned(),
+                ct_hash: "ab".to_owned(),
+                has_reference: false,
+                target: Point::new(10.0, 20.0, 30.0),
+            };
+            registration(&link, &expected).map(drop)
+        };
+        let refused = of(None, Some("skull")).unwrap_err();
+        assert!(
+            refused.starts_with("f.json: does not say of which marker it is, and \"skull\" is used"),
+            "{refused}"
+        );
+        assert!(of(Some("leg"), Some("skull")).is_err());
+        for (own, asked) in [(Some("skull"), Some("skull")), (Some("leg"), None), (None, None)] {
+            assert_eq!(of(own, asked), Ok(()));
         }
     }
 

@@ -238,6 +238,8 @@ impl CheckArgs {
             ),
             None => (hash, marker),
         };
+        // A scene that names a marker asks for it, as the tracker does.
+        file.tells(path, None, marker.as_deref())?;
         let own = |told: Option<String>, own: &Option<String>| told.or_else(|| own.clone()).unwrap_or_default();
         let (hash, marker) = (own(hash, &file.ct_hash), own(marker, &file.marker));
         Ok(file.paired(path, &hash, &marker)?)

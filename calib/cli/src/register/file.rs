@@ -267,8 +267,8 @@ pub enum ReadError {
     },
     /// It does not say what it was made for.
     #[error(
-        "the registration {path} does not say of which {what} it is, and {expected:?} is used: register again with --{option}, or leave \
-         --{option} out"
+        "the registration {path} does not say of which {what} it is, and {expected:?} is used: register again with --{option}, or ask \
+         for none"
     )]
     Untold {
         /// The file.

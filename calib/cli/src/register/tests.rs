@@ -265,4 +265,11 @@ fn a_check_asks_for_the_names_that_it_is_given_and_for_the_marker_of_its_scene()
     let error = check(&format!("--scene {}", scene.display())).unwrap();
     assert!(error.contains("is of marker \"leg\", \"skull\" is used"), "{error}");
     assert_eq!(check("--marker leg"), None);
+    // One that names none passed for one of the scene's marker.
+    made("");
+    let error = check(&format!("--scene {}", scene.display())).unwrap();
+    assert!(
+        error.contains("does not say of which marker it is, and \"skull\" is used"),
+        "{error}"
+    );
 }

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use bus::message::{StepFigure, StepPoint, Steps};
+use bus::message::{Command, StepFigure, StepPoint, Steps};
 use serde::Deserialize;
 
 use super::course::{Around, Course, Listen, Moment, Proposal, Report, Said};
@@ -14,6 +14,16 @@ struct Record {
     verdict: String,
     distance_mm: f64,
     predicted_radius_95_mm: f64,
+    /// Of the point from the plane of a registration whose points lie in one.
+    #[serde(default)]
+    off_plane_mm: Option<f64>,
+}
+
+impl Record {
+    /// Whether a mirrored registration would be seen here; `None` where no other fits.
+    fn tells_sides(&self) -> Option<bool> {
+        self.off_plane_mm.map(|mm| mm > self.predicted_radius_95_mm)
+    }
 }
 
 /// A point as it was touched.
@@ -22,8 +32,15 @@ struct Found {
     distance_mm: f64,
     radius_mm: f64,
     fails: bool,
+    /// See [`Record::tells_sides`].
+    tells_sides: Option<bool>,
     moment: Moment,
 }
+
+/// Why a check at these points passes no registration whose points lie in a plane (`calib check --help`), in the words of a request.
+const MAY_BE_MIRRORED: &str =
+    "registered by points in a plane, none touched off it by more than expected: may be mirrored";
+const _: () = assert!(MAY_BE_MIRRORED.len() <= Command::TEXT);
 
 /// The check of the registration in use.
 pub(super) struct Checking {
@@ -51,6 +68,12 @@ impl Checking {
 
     fn is_off(&self, found: &Found) -> bool {
         found.fails || found.distance_mm > self.around.check_mm
+    }
+
+    /// Whether the registration may be mirrored for all that was touched.
+    fn may_be_mirrored(&self) -> bool {
+        let mut told = self.touched().filter_map(|(_, found)| found.tells_sides).peekable();
+        told.peek().is_some() && !told.any(|tells| tells)
     }
 
     /// What was touched under another registration says nothing of this one.
@@ -93,6 +116,7 @@ impl Course for Checking {
             distance_mm: record.distance_mm,
             radius_mm: record.predicted_radius_95_mm,
             fails: record.verdict == "fail" || outcome.refused.is_some(),
+            tells_sides: record.tells_sides(),
             moment,
         });
         self.is_due = true;
@@ -140,6 +164,9 @@ impl Course for Checking {
                 found.distance_mm, found.radius_mm
             )
         });
+        // Another point may tell it still.
+        let mirrored = || (off.is_none() && self.may_be_mirrored()).then(|| MAY_BE_MIRRORED.to_owned());
+        let fails = fails.or_else(mirrored);
         let (points, oldest) = (
             self.touched().count() as u32,
             self.touched().map(|(_, f)| f.moment).min_by_key(|m| m.t_ns)?,
@@ -179,6 +206,12 @@ impl Course for Checking {
                 self.around.check_mm
             ),
         };
-        steps.with(&shown.collect::<Vec<_>>(), &[], &[StepFigure::new(&line)])
+        let mut figures = vec![StepFigure::new(&line)];
+        if self.may_be_mirrored() {
+            figures.push(StepFigure::new(
+                "MAY BE MIRRORED: its points lie in a plane, and none touched here is far enough off it",
+            ));
+        }
+        steps.with(&shown.collect::<Vec<_>>(), &[], &figures)
     }
 }

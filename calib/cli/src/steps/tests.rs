@@ -167,6 +167,39 @@ fn a_point_that_is_off_is_told_at_once_and_cannot_be_taken_back() {
     }
 }
 
+/// `calib check` warned that a mirrored registration would pass too, and the step called the registration checked.
+#[test]
+fn a_registration_by_points_in_a_plane_is_checked_at_a_point_off_it_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |off_mm: [f64; 3]| {
+        let mut desk = desk(folder.path(), false);
+        desk.wish(StepWish::Open(StepTask::Check)).unwrap();
+        let mut todo = Vec::new();
+        for (t_ns, off_mm) in off_mm.into_iter().enumerate() {
+            desk.wish(StepWish::Begin).unwrap();
+            let verdict = if off_mm > 1.0 { "pass" } else { "warn" };
+            let text = format!(
+                "{{\"verdict\": {verdict:?}, \"distance_mm\": 0.4, \"predicted_radius_95_mm\": 1.0, \"off_plane_mm\": {off_mm}}}"
+            );
+            todo = desk.said(said(&text), moment(t_ns as i64, 7));
+        }
+        let report = todo.into_iter().find_map(|todo| match todo {
+            Todo::Report(report) => Some(report.fails),
+            _ => None,
+        });
+        let figures: Vec<String> = desk.show(0).figures().iter().map(|figure| figure.words()).collect();
+        (report.unwrap(), figures.join("\n"))
+    };
+    let (fails, figures) = of([0.1, 0.2, 0.9]);
+    assert!(
+        fails.contains("points in a plane") && fails.contains("may be mirrored"),
+        "{fails}"
+    );
+    assert!(figures.contains("MAY BE MIRRORED"), "{figures}");
+    let (fails, figures) = of([0.1, 0.2, 1.5]);
+    assert!(fails.is_empty() && !figures.contains("MIRRORED"), "{fails} {figures}");
+}
+
 #[test]
 fn touches_under_another_registration_say_nothing_of_this_one() {
     let folder = tempfile::tempdir().unwrap();

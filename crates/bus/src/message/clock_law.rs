@@ -7,7 +7,7 @@ use crate::clock::{Law, LawError};
 /// How the clock of a replay runs from now on, and where the replay stands. Read it through [`ClockLaw::law`].
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/ClockLaw/2")]
+#[type_name("trocar/ClockLaw/3")]
 pub struct ClockLaw {
     /// What the clock shows at the anchor, ns on the clock of the run that was recorded.
     pub anchor_ns: i64,
@@ -23,6 +23,9 @@ pub struct ClockLaw {
     pub last_ns: i64,
     /// The zero of the seconds that people name: the recording's first pose, also where the replay begins later.
     pub zero_ns: i64,
+    /// Of poses that were published before it, on the same clock, nobody knows for how long their measurement had stood still: what came before
+    /// them is not in the recording.
+    pub judged_from_ns: i64,
     /// How many times the recording's own speed was asked for; infinite: each pose waits until the one before is drawn.
     pub speed: f64,
     /// Code of a [`ReplayState`].
@@ -31,7 +34,7 @@ pub struct ClockLaw {
     pub reserved: u32,
 }
 
-const _: () = assert!(size_of::<ClockLaw>() == 72 && align_of::<ClockLaw>() == 8);
+const _: () = assert!(size_of::<ClockLaw>() == 80 && align_of::<ClockLaw>() == 8);
 
 /// What a replay does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::images::{CENTRE_HU, FIELD_MM, WIDTH_HU};
+use super::tissue::{WHY_WORDS, packed, unpacked};
 use super::{Lost, TargetShown, TissueShown, VolumeHash};
 use crate::clock;
 use geometry::SlicePlane;
@@ -16,7 +17,7 @@ use scene::{Limits, WindowLevel};
 /// Stage times are ns on the run's clock.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameStamp/4")]
+#[type_name("trocar/FrameStamp/5")]
 pub struct FrameStamp {
     /// Sequence number of the pose shown.
     pub seq: u64,
@@ -57,9 +58,11 @@ pub struct FrameStamp {
     pub tissue: u32,
     /// Code of a [`TargetShown`]: where the image has the chosen target.
     pub target: u32,
+    /// Why the image shows organs at rest where a model refused the pose, as UTF-8 with zeros behind it: see [`FrameStamp::tissue_why`].
+    pub tissue_why: [u64; 20],
 }
 
-const _: () = assert!(size_of::<FrameStamp>() == 184 && align_of::<FrameStamp>() == 8);
+const _: () = assert!(WHY_WORDS == 20 && size_of::<FrameStamp>() == 344 && align_of::<FrameStamp>() == 8);
 
 /// What an image claims about the present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -170,6 +173,9 @@ impl FrameStamp {
             Some(shown) => texts.push(("tissue", shown.word().to_owned())),
             None => texts.push(("tissue", "unknown".to_owned())),
         }
+        if !self.tissue_why().is_empty() {
+            texts.push(("tissue_why", self.tissue_why().to_owned()));
+        }
         if self.tissue_seq != 0 {
             texts.push(("tissue_seq", self.tissue_seq.to_string()));
             texts.push(("tissue_mesh", format!("{:016x}", self.tissue_mesh)));
@@ -179,6 +185,18 @@ impl FrameStamp {
             texts.push(("target_moved_to_mm", format!("{x:.3} {y:.3} {z:.3}")));
         }
         texts
+    }
+
+    /// The same with so much of the words why a model refused the pose as there is room for.
+    #[must_use]
+    pub fn refused_because(self, why: &str) -> Self {
+        let tissue_why = packed(why);
+        Self { tissue_why, ..self }
+    }
+
+    /// Why a model refused the pose, in its words; empty where it did not, or what is told is no text.
+    pub fn tissue_why(&self) -> &str {
+        unpacked(&self.tissue_why)
     }
 
     /// The volume shown.
@@ -272,7 +290,7 @@ impl ImagePlane {
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/5")]
+#[type_name("trocar/FrameHeader/6")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,
@@ -284,7 +302,7 @@ pub struct FrameHeader {
     pub height: u32,
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 288);
+const _: () = assert!(size_of::<FrameHeader>() == 448);
 
 impl FrameHeader {
     /// Where in the patient the pixels lie, bit for bit as the renderer placed them; `None` where no pose ever did, and nothing may be

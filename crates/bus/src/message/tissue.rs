@@ -59,7 +59,24 @@ pub struct TissueHeader {
 const _: () = assert!(size_of::<TissueHeader>() == 1520 && align_of::<TissueHeader>() == 8);
 
 /// Words of 8 bytes that say why a pose was refused.
-const WHY_WORDS: usize = 20;
+pub(super) const WHY_WORDS: usize = 20;
+
+/// So much of a text as there is room for, whole characters, with zeros behind it.
+pub(super) fn packed(text: &str) -> [u64; WHY_WORDS] {
+    let mut words = [0; WHY_WORDS];
+    let room = bytemuck::cast_slice_mut::<u64, u8>(&mut words);
+    let end = text.floor_char_boundary(room.len());
+    room[..end].copy_from_slice(&text.as_bytes()[..end]);
+    words
+}
+
+/// The text that was packed; empty of what is none.
+pub(super) fn unpacked(words: &[u64; WHY_WORDS]) -> &str {
+    let room = bytemuck::cast_slice::<u64, u8>(words);
+    let end = room.iter().position(|byte| *byte == 0).unwrap_or(room.len());
+    let text = std::str::from_utf8(&room[..end]).unwrap_or_default();
+    if text.chars().any(char::is_control) { "" } else { text }
+}
 
 /// Places whose error a state tells, at most.
 pub const MOST_ERRORS: usize = 16;
@@ -294,19 +311,13 @@ impl TissueHeader {
     /// The same with so much of these words as there is room for.
     #[must_use]
     pub fn because(mut self, why: &str) -> Self {
-        self.why = [0; WHY_WORDS];
-        let room = bytemuck::cast_slice_mut::<u64, u8>(&mut self.why);
-        let end = why.floor_char_boundary(room.len());
-        room[..end].copy_from_slice(&why.as_bytes()[..end]);
+        self.why = packed(why);
         self
     }
 
     /// Why a pose was refused, in the model's words; empty where none was, or what is told is no text.
     pub fn why(&self) -> &str {
-        let room = bytemuck::cast_slice::<u64, u8>(&self.why);
-        let end = room.iter().position(|byte| *byte == 0).unwrap_or(room.len());
-        let words = std::str::from_utf8(&room[..end]).unwrap_or_default();
-        if words.chars().any(char::is_control) { "" } else { words }
+        unpacked(&self.why)
     }
 
     /// How far it came.

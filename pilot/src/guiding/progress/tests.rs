@@ -209,6 +209,8 @@ fn a_check_that_fails_by_its_distance_or_by_its_words_keeps_from_navigating() {
                 .unwrap_err()
                 .contains("the check of the registration failed")
         );
+        let report = progress.report().unwrap();
+        assert_eq!((report.passed, report.warning.as_deref().unwrap_or("")), (false, fails));
         // Another registration has no check, good or bad.
         valid(&mut progress, 2, 400);
         assert_eq!(progress.checked(), None);

@@ -66,7 +66,10 @@ fn states_of_tissue_are_made_again_of_a_scene_that_has_some_and_at_no_other_spee
     let with = |more: &[&str]| Line::try_parse_from([&["pilot", "s.mcap", "--recompute-tissue"], more].concat());
     assert_eq!(with(&[]).unwrap().args.speed, "max");
     assert!(with(&["--loop"]).is_err() && with(&["--recompute"]).is_err());
-    let slow = super::super::prepare(&with(&["--speed", "1", "--out", "/nowhere/o"]).unwrap().args);
+    let slow = super::super::prepare(
+        &with(&["--speed", "1", "--out", "/nowhere/o"]).unwrap().args,
+        |_, _, _| Err("unread".into()),
+    );
     let words = slow.map(|_| ()).unwrap_err().to_string();
     assert!(words.contains("--recompute-tissue --speed 1"), "{words}");
 }

@@ -69,6 +69,11 @@ impl Replayer<'_> {
             true => Judge::new(self.frozen_ns, true),
             false => judge,
         };
+        let next = self.tape.peek().map(|next| &next.pose);
+        self.judged_from_ns = match self.judge.is_known(next) {
+            true => i64::MIN,
+            false => i64::MAX,
+        };
         Ok(())
     }
 }

@@ -26,7 +26,7 @@ impl Replayer<'_> {
 
     /// Everybody must know the clock before the pose that it holds for.
     pub(super) fn tell(&mut self) -> Result<(), BusError> {
-        let law = self.transport.message();
+        let law = self.transport.message(self.judged_from_ns);
         if self.told != Some(law) {
             self.laws.send(law)?;
             self.told = Some(law);
@@ -51,6 +51,10 @@ impl Replayer<'_> {
         }
         if self.options.frames.is_none() {
             self.judge.take(&moment.pose);
+            if self.judged_from_ns == i64::MAX && self.judge.is_known(Some(&moment.pose)) {
+                self.judged_from_ns = moment.pose.t_publish_ns;
+                self.tell()?;
+            }
         }
         let waits = self.transport.speed() == Speed::Max || self.transport.state() == ReplayState::Paused;
         if waits {

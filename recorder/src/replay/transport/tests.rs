@@ -110,7 +110,7 @@ fn at_full_speed_the_clock_stands_at_each_pose() {
             .iter()
             .all(|&(i, at, shown)| at == start && shown == due(i))
     );
-    assert_eq!(driven.transport.message().rate, 0.0);
+    assert_eq!(driven.transport.message(0).rate, 0.0);
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn seeking_finds_the_pose_and_says_that_it_jumped() {
     let start = driven.now;
     driven.drive(start + 45 * MS);
     driven.transport.control(Control::Seek(due(1) + 1), driven.now);
-    assert_eq!(driven.transport.message().jumps, 1);
+    assert_eq!(driven.transport.message(0).jumps, 1);
     driven.drive(start + 45 * MS + 10 * MS);
     assert_eq!(driven.places(), [0, 1, 2, 3, 4, 2]);
     // Paused, the place that was asked for is shown, and nothing more.
@@ -172,7 +172,7 @@ fn a_loop_begins_anew_without_losing_a_pose() {
     driven.drive(start + 215 * MS);
     let twice: Vec<usize> = (0..10).chain(0..10).chain(0..4).collect();
     assert_eq!(driven.places(), twice);
-    assert_eq!(driven.transport.message().jumps, 2);
+    assert_eq!(driven.transport.message(0).jumps, 2);
 }
 
 #[test]

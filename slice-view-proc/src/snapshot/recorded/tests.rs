@@ -79,6 +79,10 @@ fn read(_: &Path, at: At<'_>) -> Result<Recorded, Box<dyn std::error::Error + Se
         "other mesh" => header.mesh_id = [4; 32],
         "other pose" => header.t_capture_ns = 999,
         "no such state" => header.state = 17,
+        "refused" => {
+            header.state = TissueState::Refused.code();
+            header = header.because("draw it back");
+        }
         _ => {}
     }
     let guide = Guide {
@@ -132,6 +136,10 @@ fn what_is_no_state_of_this_examination_leaves_no_picture_and_no_state_one_that_
     let says = |png: &[u8], words: &str| png.windows(words.len()).any(|part| part == words.as_bytes());
     let moved = drawn("moved", "across").unwrap();
     assert!(says(&moved, "settled") && says(&moved, "tissue_mesh"));
+    // Why a model refused a pose was in the recording, and in no image.
+    let refused = drawn("refused", "across").unwrap();
+    assert!(says(&refused, "tissue_why") && says(&refused, "draw it back"));
+    assert!(!says(&moved, "tissue_why"));
     // A pose that no state answers, or one of another run does, is drawn at rest.
     for case in ["no state", "other pose"] {
         let rest = drawn(case, "across").unwrap();

@@ -3,11 +3,13 @@
 use bus::message::VolumeHash;
 
 use super::*;
+use crate::read::info::info;
 use crate::read::verify::verify;
+use crate::report::{Wanted, report};
 use crate::wire::schema::RunFacts;
 
-/// What verifying finds, and why it is not replayed, by the index and by every message.
-fn said(change: impl Fn(RunFacts) -> RunFacts, scene: Option<&str>) -> (Vec<String>, [Option<String>; 2]) {
+/// The recording of one run, with a second record of it and maybe another scene, in a folder.
+fn written(change: impl Fn(RunFacts) -> RunFacts, scene: Option<&str>) -> (tempfile::TempDir, PathBuf) {
     let known = RunFacts {
         volume_hash: Some(VolumeHash([0xab; 32])),
         ..testing::facts()
@@ -19,6 +21,12 @@ fn said(change: impl Fn(RunFacts) -> RunFacts, scene: Option<&str>) -> (Vec<Stri
     let tmp = tempfile::tempdir().unwrap();
     let path = tmp.path().join("s.mcap");
     std::fs::write(&path, log.finish().unwrap().into_inner()).unwrap();
+    (tmp, path)
+}
+
+/// What verifying finds, and why it is not replayed, by the index and by every message.
+fn said(change: impl Fn(RunFacts) -> RunFacts, scene: Option<&str>) -> (Vec<String>, [Option<String>; 2]) {
+    let (_tmp, path) = written(change, scene);
     let why = [facts(&path), facts_of_all(&path)].map(|found| found.err().map(|error| error.to_string()));
     (verify(&path).unwrap().findings, why)
 }
@@ -74,4 +82,30 @@ fn two_scenes_of_one_recording_are_refused_by_name() {
         why.iter().flatten().filter(|why| why.contains("two scenes")).count() == 2,
         "{why:?}"
     );
+}
+
+/// Both told of the last run as if the file were of no other.
+#[test]
+fn info_and_report_of_two_runs_say_so_in_the_same_words() {
+    let other = |facts| RunFacts { epoch_ns: 9, ..facts };
+    type Change<'a> = &'a dyn Fn(RunFacts) -> RunFacts;
+    let of_two: [(Change<'_>, Option<&str>); 2] = [(&other, None), (&|facts| facts, Some("seed = 2\n"))];
+    for (change, scene) in of_two {
+        let (tmp, path) = written(change, scene);
+        let words = &verify(&path).unwrap().findings[0];
+        let told = info(&path).unwrap().to_string();
+        assert!(told.contains(&format!("NOT OF ONE RUN: {words}")), "{told}");
+        let page = tmp.path().join("report.html");
+        let refused = report(&path, &page, Wanted::default()).unwrap_err().to_string();
+        assert!(refused.contains(words) && !page.exists(), "{refused}");
+    }
+    let (tmp, path) = written(
+        |facts| RunFacts {
+            registration_id: Some(7),
+            ..facts
+        },
+        Some("seed = 1\n"),
+    );
+    assert_eq!(info(&path).unwrap().of_two_runs, None);
+    report(&path, &tmp.path().join("report.html"), Wanted::default()).unwrap();
 }
