@@ -21,9 +21,6 @@ pub(crate) const MOST_BEYOND: f64 = 0.3;
 /// 3 to 5 mm by points that lay on the true bone to 0.03 mm. Were it less, a border would draw points across it. Beyond [`MOST_BEYOND`]
 /// of all each costs as much as it can: otherwise nothing would fit as well as a pose with all points beyond the border.
 pub(super) fn beyond_cost(cost: f64, known: f64, beyond: f64, most: f64) -> f64 {
-    if std::env::var("OLDCOST").is_ok() {
-        return beyond * most;
-    }
     let neutral = beyond.min(MOST_BEYOND * (known + beyond));
     let mean = if known > 0.0 { cost / known } else { most };
     neutral * mean + (beyond - neutral) * most
