@@ -150,6 +150,11 @@ impl Field {
         self.beyond(&u)
     }
 
+    /// Whether no node is nearest to an open border.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.open.is_empty()
+    }
+
     /// Whether nothing is known of the bone beyond the place of it that is nearest to `p`: by the nearest node.
     #[inline]
     pub(crate) fn is_beyond(&self, p: &Vector3<f64>) -> bool {

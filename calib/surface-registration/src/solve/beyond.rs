@@ -95,6 +95,7 @@ mod tests {
             facing: Some(0.0),
             sharp: &[2.0; 100],
             bends: &[],
+            beyond: &[],
             settled_mm: 1e-3,
             is_dear: false,
         };
