@@ -38,6 +38,9 @@ const BONES: [Bone; 6] = [
 /// Without that which comes back to itself: a search that is told to look at the wrong level alone finds it there.
 const UNLIKE: [Bone; 5] = [Bone::Wings, Bone::Lower, Bone::HipUp, Bone::HipDown, Bone::Shaft];
 
+/// Without that which hardly changes along itself: of it a longer one is the same.
+const UNEVEN: [Bone; 5] = [Bone::Wings, Bone::Lower, Bone::HipUp, Bone::HipDown, Bone::Column];
+
 /// What is the matter beside.
 #[derive(Clone, Copy, PartialEq)]
 enum Matter {
@@ -122,6 +125,7 @@ fn rows() -> Vec<Row> {
         },
         Row {
             name: "end: longer bone",
+            bones: &UNEVEN,
             slide_mm: [0.0, 20.0],
             matter: long,
             ..ROW

@@ -1,15 +1,13 @@
 //! By how much another minimum fits worse.
 
 use crate::points::Cloud;
-use crate::solve::{Ended, Exact, Say, Solver};
-
-/// A pose with a larger share of the points beyond open borders is no rival by the others alone: some fit anywhere.
-const RIVAL_BEYOND: f64 = 0.5;
+use crate::solve::{Ended, Exact, NEUTRAL_BEYOND, Say, Solver};
 
 /// What the second of two minima costs more than the first, squares of deviations.
 ///
 /// It is told by the points of which the surface says something in both. By the whole cost a pose gains where it hides what does not fit
-/// beyond a border, and one that the points beyond it make dear seems no rival, were it the true one.
+/// beyond a border, and one that the points beyond it make dear seems no rival, were it the true one. With more than [`NEUTRAL_BEYOND`] of all
+/// beyond it is none by the others alone: some fit anywhere.
 pub(super) fn margin(solver: &Solver<'_>, cloud: &Cloud, [best, other]: [&Ended; 2], exact: &Exact<'_>) -> f64 {
     // One after the other: what is kept of each point's surroundings is that of one pose.
     let each = [best, other].map(|ended| {
@@ -34,7 +32,7 @@ pub(super) fn margin(solver: &Solver<'_>, cloud: &Cloud, [best, other]: [&Ended;
             (None, _) => {}
         }
     }
-    if beyond > RIVAL_BEYOND * total {
+    if beyond > NEUTRAL_BEYOND * total {
         return other.cost - best.cost;
     }
     more

@@ -92,7 +92,7 @@ impl<D: Distances> Problem<'_, D> {
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
         let is_open = self.beyond.get(i).copied().unwrap_or(is_open);
         let say = match self.facing {
-            Some(_) if is_open => Say::Beyond,
+            _ if is_open => Say::Beyond,
             Some(limit) if n.dot(&(state.turn * cloud.beams[i])) > limit => Say::FacesAway,
             _ => Say::Has,
         };
