@@ -40,7 +40,7 @@ pub(crate) struct Problem<'a, D> {
     pub(crate) sharp: &'a [f64],
     /// By how much each point lies outside of the surface on average because the surface bends, mm; empty where that is left out.
     pub(crate) bends: &'a [f64],
-    /// Which points lie beyond an open border, where that is held; empty where the nearest place says it.
+    /// Which points are taken for ones beyond an open border whatever their nearest place says; empty for none.
     pub(crate) beyond: &'a [bool],
     /// Steps shorter than this end it, mm.
     pub(crate) settled_mm: f64,
@@ -90,7 +90,7 @@ impl<D: Distances> Problem<'_, D> {
         let (d, n, is_open) = self.distances.look(i, &(arm + state.shift), reach);
         let w = arm.cross(&n);
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
-        let is_open = self.beyond.get(i).copied().unwrap_or(is_open);
+        let is_open = is_open || self.beyond.get(i).copied().unwrap_or(false);
         let say = match self.facing {
             _ if is_open => Say::Beyond,
             Some(limit) if n.dot(&(state.turn * cloud.beams[i])) > limit => Say::FacesAway,

@@ -45,8 +45,8 @@ pub(crate) struct Ended {
 
 /// Rounds of the end: in each one the deviations are those of the pose before.
 const ROUNDS: usize = 6;
-/// Rounds after which a point that was beyond an open border stays there: one that says nothing is no harm, and rounds between which points
-/// go to and fro would have no end.
+/// Rounds after which a point that was beyond an open border stays there: one that says nothing does no harm, and rounds between which points
+/// go to and fro have no end. (One that goes beyond may always: were it held, it would draw the fit back under the border.)
 const FREE_ROUNDS: usize = 3;
 /// Steps of one round.
 const ROUND_STEPS: usize = 8;
@@ -128,7 +128,6 @@ impl Solver<'_> {
     /// To the minimum, on the surface itself, with each point's deviation along its normal.
     pub(crate) fn end(&self, cloud: &Cloud, exact: &Exact<'_>, start: State) -> Option<Ended> {
         let mut noise = self.exact_noise(cloud, exact, &start);
-        noise.beyond = self.sides(cloud, exact, &noise, &start);
         // Where the bends were looked at.
         let mut bent = start;
         let mut now = Ended {
@@ -146,11 +145,9 @@ impl Solver<'_> {
                 } else {
                     (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
                 }
-                // why held in a round: a point that comes under a border within a step changes the cost at once, and a fit ends at such a
-                // cliff or goes to and fro about it.
-                noise.beyond = self.sides(cloud, exact, &noise, &now.state);
+                noise.beyond = before;
                 if round >= FREE_ROUNDS {
-                    noise.beyond.iter_mut().zip(before).for_each(|(is, was)| *is |= was);
+                    noise.beyond = self.sides(cloud, exact, &noise, &now.state);
                 }
             }
             let problem = self.last(cloud, exact, &noise);
@@ -166,15 +163,12 @@ impl Solver<'_> {
         Some(Ended { noise, ..now })
     }
 
-    /// Which points lie beyond an open border.
+    /// Which points lie beyond an open border, those that are held there among them.
     fn sides(&self, cloud: &Cloud, exact: &Exact<'_>, noise: &Noise, state: &State) -> Vec<bool> {
         if self.field.is_closed() {
             return Vec::new();
         }
-        let problem = Problem {
-            beyond: &[],
-            ..self.last(cloud, exact, noise)
-        };
+        let problem = self.last(cloud, exact, noise);
         (0..cloud.len())
             .map(|i| problem.residual(i, state).2 == Say::Beyond)
             .collect()
@@ -270,7 +264,7 @@ pub(crate) struct Noise {
     pub(crate) sharp: Vec<f64>,
     /// By how much each point lies outside of the surface on average because the surface bends, mm.
     pub(crate) bends: Vec<f64>,
-    /// Which points lie beyond an open border; empty where their nearest place says it.
+    /// Which points are taken for ones beyond an open border whatever their nearest place says; empty for none.
     pub(crate) beyond: Vec<bool>,
     /// Variance that bends and facets add to that along the normal, mm^2.
     spread: Vec<f64>,

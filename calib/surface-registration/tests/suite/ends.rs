@@ -15,12 +15,12 @@ struct Scene {
     field: Field,
 }
 
-fn scene(bone: &Triangles) -> Scene {
+fn scene(bone: &Triangles, reach_mm: [f64; 2]) -> Scene {
     let end = End {
         axis: [0.0, 0.0, 1.0],
         at_mm: 40.0,
     };
-    let cut = Cut::new(bone, end, ALL, [110.0, 40.0], about_axis());
+    let cut = Cut::new(bone, end, ALL, reach_mm, about_axis());
     let surface = Surface::<Ct>::new(&cut.shown.0, &cut.shown.1).unwrap();
     let field = Field::new(&surface, Spacing::default()).unwrap();
     Scene { cut, surface, field }
@@ -43,28 +43,28 @@ impl Scene {
     }
 }
 
-/// Each point that came back under the end was worth six squares of deviations: what was promised of such a sweep was a third of its error.
+/// Each point that came back under the end was worth six squares of deviations: such sweeps were drawn along the bone by twice what was
+/// promised, and most fits did not settle.
 #[test]
 fn near_an_open_end_errors_are_those_that_are_promised() {
     const RUNS: u64 = 16;
-    let scene = scene(&weak());
+    let scene = scene(&weak(), [80.0, 10.0]);
     let target = Point::new(0.0, 0.0, 0.0);
     let sweep = Sweep {
         regions: ALL,
-        points: 120,
-        outliers: 0.1,
         sigma_mm: [0.5; 3],
         has_beams: false,
         ..Sweep::default()
     };
     let (mut sum, mut beyond) = (0.0, 0.0);
     for seed in 0..RUNS {
-        let drawn = scene.cut.draw(&sweep, 0.2, seed);
+        let drawn = scene.cut.draw(&sweep, 0.25, seed);
         let found = scene.found(&drawn, 8.0, seed);
         beyond += found.share_beyond / RUNS as f64;
         sum += chi2(&found, &drawn.ct_from_tracker, target);
+        assert!(found.is_settled, "{seed}");
     }
-    assert!((0.15..0.25).contains(&beyond), "{beyond}");
+    assert!((0.2..0.3).contains(&beyond), "{beyond}");
     // Of 48 degrees of freedom, 0.01 % and 99.99 %, by the cube root of Wilson and Hilferty; a covariance that is right gives 48.
     let bound = |deviations: f64| {
         let (n, spread) = (48.0, 2.0 / (9.0 * 48.0_f64));
@@ -82,7 +82,7 @@ fn near_an_open_end_errors_are_those_that_are_promised() {
 /// more than the margin, and the pose that fits all others better was told to cost more.
 #[test]
 fn a_pose_that_points_beyond_an_end_make_dear_is_a_rival_all_the_same() {
-    let scene = scene(&column());
+    let scene = scene(&column(), [110.0, 40.0]);
     let sweep = Sweep {
         regions: ALL,
         outliers: 0.1,
@@ -111,7 +111,7 @@ fn a_pose_that_points_beyond_an_end_make_dear_is_a_rival_all_the_same() {
 /// Where points far beyond the end drew at the first stages of a fit, guesses 5 mm off the truth led to a level 30 mm off it.
 #[test]
 fn points_beyond_an_end_do_not_lead_a_search_away() {
-    let scene = scene(&column());
+    let scene = scene(&column(), [110.0, 40.0]);
     let sweep = Sweep {
         regions: ALL,
         points: 60,
