@@ -49,7 +49,8 @@ impl Cut {
         let most = |t: &[V; 3]| t.iter().map(|p| end.beyond_mm(p)).fold(f64::NEG_INFINITY, f64::max);
         let is_touched = |t: &[V; 3]| {
             let n = (t[1] - t[0]).cross(&(t[2] - t[0]));
-            n.norm() > 0.0 && is_in(regions, &((t[0] + t[1] + t[2]) / 3.0), &n.normalize())
+            n.try_normalize(0.0)
+                .is_some_and(|n| is_in(regions, &((t[0] + t[1] + t[2]) / 3.0), &n))
         };
         Self {
             end,
