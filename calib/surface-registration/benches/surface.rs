@@ -19,6 +19,8 @@ mod common;
 mod dials;
 #[path = "surface/dump.rs"]
 mod dump;
+#[path = "surface/ends.rs"]
+mod ends;
 #[path = "surface/rows.rs"]
 mod rows;
 #[path = "surface/run.rs"]
@@ -82,16 +84,10 @@ fn main() {
         }
         println!("{}", count.line(row.name));
         if !matches!(row.from, From::One(..)) {
-            all.runs += count.runs;
-            all.wrong += count.wrong;
-            all.silent += count.silent;
-            all.right += count.right;
-            all.refused += count.refused;
-            all.failed += count.failed;
-            all.right_moved += count.right_moved;
-            all.seconds += count.seconds;
+            all.add(&count);
         }
     }
+    ends::ends(runs, first_seed, &words, &mut all);
     println!(
         "searched: {} runs, {} wrong by 4 mm and more, {} of them not refused; {} right, {} of them refused, {} as moved; {} without a result; {:.0} s",
         all.runs, all.wrong, all.silent, all.right, all.refused, all.right_moved, all.failed, all.seconds

@@ -72,16 +72,17 @@ struct Rough {
     per_mm: f32,
     spacing_mm: f32,
     nodes: [usize; 3],
-    /// Distance in steps of [`ROUGH_MM`], gradient in steps of one over [`ROUGH_SLOPE`].
+    /// Distance in steps of [`ROUGH_MM`], [`ROUGH_BEYOND`] beyond an open border; gradient in steps of one over [`ROUGH_SLOPE`].
     values: Vec<[i8; 4]>,
 }
 
 /// Distances up to 63 mm, to a quarter of a millimetre: what is further costs the same.
 const ROUGH_MM: f32 = 0.5;
 const ROUGH_SLOPE: f32 = 127.0;
+const ROUGH_BEYOND: i8 = i8::MIN;
 
 impl Rough {
-    fn new(spacing_mm: f64, size: [usize; 3], values: &[f32]) -> Self {
+    fn new(spacing_mm: f64, size: [usize; 3], values: &[f32], open: &[bool]) -> Self {
         let nodes = size.map(|n| n.div_ceil(2));
         let wide = 2.0 * spacing_mm;
         let steps = [1, size[0], size[0] * size[1]];
@@ -100,7 +101,10 @@ impl Rough {
                         // Casts saturate.
                         (rise / run * ROUGH_SLOPE).round() as i8
                     });
-                    packed.push([(values[place] / ROUGH_MM).round() as i8, slope[0], slope[1], slope[2]]);
+                    let steps = ((values[place] / ROUGH_MM).round() as i8).max(-i8::MAX);
+                    let is_beyond = open.get(place).copied().unwrap_or(false);
+                    let steps = if is_beyond { ROUGH_BEYOND } else { steps };
+                    packed.push([steps, slope[0], slope[1], slope[2]]);
                 }
             }
         }
@@ -114,6 +118,9 @@ impl Rough {
 }
 
 impl Field {
+    /// What [`Field::glance`] gives for the distance where the bone nearest is an open border.
+    pub(crate) const BEYOND: f32 = f32::NEG_INFINITY;
+
     /// The field of a surface: exact at nodes within 1.5 spacings of it, and beyond the distance to the nearest of the places that were
     /// found there, which is too long by less than a tenth of the spacing.
     ///
@@ -150,6 +157,11 @@ impl Field {
         self.beyond(&u)
     }
 
+    /// Whether no node is nearest to an open border.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.open.is_empty()
+    }
+
     /// Whether nothing is known of the bone beyond the place of it that is nearest to `p`: by the nearest node.
     #[inline]
     pub(crate) fn is_beyond(&self, p: &Vector3<f64>) -> bool {
@@ -169,7 +181,8 @@ impl Field {
     }
 
     /// Roughly the distance at a place, from the lattice's origin, and its gradient: linear from the nearest node of every second one.
-    /// For what is compared by millimetres. Infinite beyond the lattice.
+    /// For what is compared by millimetres. Infinite beyond the lattice, [`Field::BEYOND`] beyond an open
+    /// border.
     #[inline]
     pub(crate) fn glance(&self, p: [f32; 3]) -> (f32, [f32; 3]) {
         let Rough {
@@ -186,6 +199,9 @@ impl Field {
         }
         let i = u.map(|x| x as usize);
         let [d, x, y, z] = values[(i[2] * nodes[1] + i[1]) * nodes[0] + i[0]];
+        if d == ROUGH_BEYOND {
+            return (Self::BEYOND, [0.0; 3]);
+        }
         let slope = [x, y, z].map(|g| f32::from(g) / ROUGH_SLOPE);
         let off = [0, 1, 2].map(|k| p[k] - i[k] as f32 * spacing_mm);
         let on = slope[0] * off[0] + slope[1] * off[1] + slope[2] * off[2];

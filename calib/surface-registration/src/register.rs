@@ -2,6 +2,7 @@
 
 mod check;
 mod error;
+mod margin;
 mod moved;
 mod parts;
 mod result;

@@ -18,7 +18,7 @@ mod schedule;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-pub(crate) use beyond::{MOST_BEYOND, Say};
+pub(crate) use beyond::{MOST_BEYOND, NEUTRAL_BEYOND, Say, beyond_cost};
 pub(crate) use exact::Exact;
 pub(crate) use problem::{Distances, Problem};
 pub(crate) use schedule::{Ended, Noise, Solver, Stage};

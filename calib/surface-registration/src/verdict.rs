@@ -347,7 +347,7 @@ impl fmt::Display for Refusal {
             ),
             Self::Beyond { found, most } => write!(
                 f,
-                "{:.0} % of the points lie beyond the end of the bone's surface, at most {:.0} % is accepted: does the CT go so far?",
+                "{:.1} % of the points lie beyond the end of the bone's surface, at most {:.1} % is accepted: does the CT go so far?",
                 found * 100.0,
                 most * 100.0
             ),

@@ -1,7 +1,7 @@
 //! One run of a row, and what is counted over many.
 
 use chance::Chance;
-use geometry::{Ct, Tracker};
+use geometry::{Ct, Point, Tracker};
 use surface_registration::{Field, Limits, Options, Points, Priors, Refusal, SharedError, Start, Surface};
 use surface_registration::{SurfaceRegistration, refine, register};
 
@@ -125,50 +125,11 @@ pub(crate) fn run(scene: &Scene, row: &Row, options: &Options, seed: u64, count:
         &drawn.ct_from_tracker,
         &targets(),
     ));
-    count.all_tre.push(tre);
     let refusals = Limits::default().judge(&found, &targets());
-    let is_refused = refusals.iter().any(|r| *r != Refusal::NotSearched);
-    let is_moved = refusals.iter().any(|r| matches!(r, Refusal::Moved { .. }));
-    count.stopped += usize::from(is_refused);
-    count.moved += usize::from(is_moved);
-    count.wrong += usize::from(tre >= 4.0);
-    if std::env::var_os("WHY").is_some() {
-        println!(
-            "  {seed} {tre:.2} {:?} {} seeds, {} steps, {:.2} ms",
-            found.halves.as_ref().map(|h| (h.before, h.square)),
-            found.seeds,
-            found.steps,
-            time * 1e3
-        );
-        refusals.iter().for_each(|r| println!("  {seed} {tre:.2} {r}"));
-    }
-    if tre >= 4.0 && !is_refused {
-        count.silent += 1;
-        println!(
-            "  SILENT {} seed {seed}: TRE {tre:.1}, ratio {:.2}, margin {:?}, share {:.2}, hits {}",
-            row.name,
-            found.noise_ratio,
-            found.margin(),
-            found.share_kept,
-            found.hits
-        );
-    }
     if tre < 2.0 {
-        count.right += 1;
-        count.refused += usize::from(is_refused);
-        count.right_moved += usize::from(is_moved);
-        count.tre.push(tre);
         count.bound.push(bound);
     }
-    // Of all that are in the right minimum, right by 2 mm or not.
-    if !is_refused || tre < 6.0 {
-        for target in targets() {
-            let square = chi2(&found, &drawn.ct_from_tracker, target);
-            count.looked += 1;
-            count.within += usize::from(square < 7.815);
-            count.squares.push(square);
-        }
-    }
+    count.judged(row.name, seed, tre, &found, &refusals, &drawn, &targets());
 }
 
 fn found(
@@ -203,6 +164,91 @@ pub(crate) fn middle(values: &[f64]) -> f64 {
 }
 
 impl Count {
+    /// Counts what became of a run.
+    #[allow(clippy::too_many_arguments, reason = "all that is known of a run")]
+    pub(crate) fn judged(
+        &mut self,
+        name: &str,
+        seed: u64,
+        tre: f64,
+        found: &SurfaceRegistration<Ct, Tracker>,
+        refusals: &[Refusal],
+        drawn: &Drawn,
+        targets: &[Point<Ct>],
+    ) {
+        self.all_tre.push(tre);
+        let is_refused = refusals.iter().any(|r| *r != Refusal::NotSearched);
+        let is_moved = refusals.iter().any(|r| matches!(r, Refusal::Moved { .. }));
+        self.stopped += usize::from(is_refused);
+        self.moved += usize::from(is_moved);
+        self.wrong += usize::from(tre >= 4.0);
+        if std::env::var_os("WHY").is_some() {
+            println!(
+                "  {name} {seed} {tre:.2} share beyond {:.2}, {:?}, {} seeds, {} steps",
+                found.share_beyond,
+                found.halves.as_ref().map(|h| (h.before, h.square)),
+                found.seeds,
+                found.steps,
+            );
+            refusals.iter().for_each(|r| println!("  {seed} {tre:.2} {r}"));
+        }
+        if tre >= 4.0 && !is_refused {
+            self.silent += 1;
+            println!(
+                "  SILENT {name} seed {seed}: TRE {tre:.1}, ratio {:.2}, margin {:?}, share {:.2}, beyond {:.2}, hits {}",
+                found.noise_ratio,
+                found.margin(),
+                found.share_kept,
+                found.share_beyond,
+                found.hits
+            );
+        }
+        if tre < 2.0 {
+            self.right += 1;
+            self.refused += usize::from(is_refused);
+            self.right_moved += usize::from(is_moved);
+            self.tre.push(tre);
+        }
+        // Of all that are in the right minimum, right by 2 mm or not.
+        if !is_refused || tre < 6.0 {
+            for target in targets {
+                let square = chi2(found, &drawn.ct_from_tracker, *target);
+                self.looked += 1;
+                self.within += usize::from(square < 7.815);
+                self.squares.push(square);
+            }
+        }
+    }
+
+    /// Adds what is counted of a row to what is counted of all.
+    pub(crate) fn add(&mut self, row: &Self) {
+        self.runs += row.runs;
+        self.wrong += row.wrong;
+        self.silent += row.silent;
+        self.right += row.right;
+        self.refused += row.refused;
+        self.failed += row.failed;
+        self.right_moved += row.right_moved;
+        self.seconds += row.seconds;
+    }
+
+    /// Of a row of [`super::ends`]: beside the counts the mean share beyond the end, and of the runs that were taken the errors' root mean
+    /// square with the predicted one.
+    pub(crate) fn line_of_end(&self, name: &str, beyond: f64, [tre, predicted]: [f64; 2]) -> String {
+        format!(
+            "| {name} | {} of {} | {} | {} | {} | {:.0} % | {tre:.2}, {predicted:.2} | {:.1} | {:.2} | {:.1} |",
+            self.right,
+            self.runs,
+            self.wrong,
+            self.silent,
+            self.refused,
+            100.0 * beyond,
+            self.coverage(),
+            self.squares.iter().sum::<f64>() / self.squares.len() as f64 / 3.0,
+            self.ms(),
+        )
+    }
+
     /// Milliseconds of a run, their mean.
     pub(crate) fn ms(&self) -> f64 {
         1e3 * self.seconds / self.runs as f64

@@ -94,7 +94,7 @@ pub(super) fn build(
         spacing,
         origin,
         nodes: size,
-        rough: Rough::new(h, size, &values),
+        rough: Rough::new(h, size, &values, &open),
         values,
         open,
     })

@@ -8,6 +8,7 @@ use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
+use super::margin::margin;
 use super::moved::{Halves, OrderCheck, halves};
 use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
 use super::rows::Rows;
@@ -17,7 +18,8 @@ use super::rows::Rows;
 pub struct Other<To: Frame, From: Frame> {
     /// The pose there.
     pub transform: Rigid<To, From>,
-    /// By how much its cost is higher, squares of deviations, of the points that lie beside the surface alone.
+    /// By how much its cost is higher, squares of deviations: of the points that lie beside the surface in both poses alone, unless more
+    /// than half of all are beyond an open border there.
     pub margin: f64,
     /// How far it is from the result, mm: root mean square over a ball of the points' radius.
     pub apart_mm: f64,
@@ -128,10 +130,9 @@ pub(super) fn result<To: Frame, From: Frame>(
     let total: f64 = cloud.votes.iter().sum();
     let share = |class: Class| {
         let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
-        own.map(|(_, vote)| vote).sum::<f64>() / total
+        // Of none the sum is -0.
+        own.map(|(_, vote)| vote).sum::<f64>().max(0.0) / total
     };
-    // Points beyond a border say nothing, and their price must not make a difference look greater.
-    let known = 1.0 - share(Class::Beyond);
     for other in &searched.minima[1..] {
         // What lies within the error that is promised is no other answer: the same one, with another point left out.
         if inverse.is_some_and(|inverse| off(&other.ended.state, &state, &inverse) < SAME_CHI2) {
@@ -140,11 +141,12 @@ pub(super) fn result<To: Frame, From: Frame>(
         }
         others.push(Other {
             transform: transform(&other.ended.state, points)?,
-            margin: (other.ended.cost - best.ended.cost) * known,
+            margin: margin(solver, cloud, [&best.ended, &other.ended], exact),
             apart_mm: apart_mm(&other.ended.state, &state, cloud.radius_mm),
             hits: other.hits,
         });
     }
+    others.sort_by(|a: &Other<To, From>, b| a.margin.total_cmp(&b.margin));
     let (halves, order) = halves(solver, cloud, points.shared(), noise, &state);
     Ok(SurfaceRegistration {
         transform: uncertain,

@@ -1,7 +1,8 @@
 //! What a seed costs, without a step.
 
+use crate::Field;
 use crate::points::Cloud;
-use crate::solve::{Solver, State};
+use crate::solve::{Solver, State, beyond_cost};
 
 /// Width of the kernel that seeds are scored by, mm: about the distance of seeds.
 const SCORE_MM: f64 = 6.0;
@@ -44,10 +45,15 @@ impl<'a> Scorer<'a> {
         let turned = |v: &[f32; 3]| turn.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
         let facing = self.solver.facing as f32;
         let limit = (limit - known) as f32;
-        let mut cost = 0.0_f32;
+        let (mut cost, mut votes, mut beyond) = (0.0_f32, 0.0_f32, 0.0_f32);
         for point in &self.points {
             let arm = turned(&point.place);
             let (d, slope) = self.solver.field.glance([0, 1, 2].map(|k| arm[k] + shift[k]));
+            if d == Field::BEYOND {
+                beyond += point.vote;
+                continue;
+            }
+            votes += point.vote;
             let beam = turned(&point.beam);
             let along = beam[0] * slope[0] + beam[1] * slope[1] + beam[2] * slope[2];
             // Beyond the lattice the distance is infinite, and not a number here.
@@ -58,7 +64,8 @@ impl<'a> Scorer<'a> {
                 return f64::INFINITY;
             }
         }
-        let cost = known + f64::from(cost);
+        let (cost, votes, beyond) = (f64::from(cost), f64::from(votes), f64::from(beyond));
+        let cost = known + cost + beyond_cost(cost, votes, beyond, 1.0);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 }

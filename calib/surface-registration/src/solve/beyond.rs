@@ -11,20 +11,21 @@ pub(crate) enum Say {
     Beyond,
 }
 
-/// Of the points as large a share as this may lie beyond open borders at the price of the others, and no verdict accepts more.
+/// No verdict accepts a larger share of the points beyond open borders.
 pub(crate) const MOST_BEYOND: f64 = 0.3;
+
+/// As large a share lies beyond open borders at the price of the others. It is more than a verdict accepts: were it as much, a pose with some
+/// more would pay for each of them, and a bone whose levels are alike was taken for one level off, where fewer are beyond.
+pub(crate) const NEUTRAL_BEYOND: f64 = 0.5;
 
 /// What points of `beyond` votes beyond an open border cost, where `known` votes elsewhere cost `cost`.
 ///
 /// Nothing is known of the bone there, so they cost what the others do on average. Were it as much as what is infinitely far away, each
 /// point that comes back under the border would pay for a worse fit of all: a sweep near the end of a CT was drawn along the bone by
-/// 3 to 5 mm by points that lay on the true bone to 0.03 mm. Were it less, a border would draw points across it. Beyond [`MOST_BEYOND`]
-/// of all each costs as much as it can: otherwise nothing would fit as well as a pose with all points beyond the border.
-pub(super) fn beyond_cost(cost: f64, known: f64, beyond: f64, most: f64) -> f64 {
-    if std::env::var("OLDCOST").is_ok() {
-        return beyond * most;
-    }
-    let neutral = beyond.min(MOST_BEYOND * (known + beyond));
+/// 3 to 5 mm by points that lay on the true bone to 0.03 mm. Were it less, a border would draw points across it. Beyond
+/// [`NEUTRAL_BEYOND`] of all each costs as much as it can: otherwise nothing would fit as well as a pose with all points beyond the border.
+pub(crate) fn beyond_cost(cost: f64, known: f64, beyond: f64, most: f64) -> f64 {
+    let neutral = beyond.min(NEUTRAL_BEYOND * (known + beyond));
     let mean = if known > 0.0 { cost / known } else { most };
     neutral * mean + (beyond - neutral) * most
 }
@@ -60,8 +61,8 @@ mod tests {
 
     #[test]
     fn more_than_the_share_beyond_a_border_costs_as_much_as_it_can() {
-        // Half of them: 30 of 100 at 0.5 each, 20 at the most.
-        assert!((total(25.0, 50.0, 50.0) - (25.0 + 15.0 + 20.0 * MOST)).abs() < 1e-12);
+        // 70 of 100: 50 at 0.5 each, 20 at the most.
+        assert!((total(15.0, 30.0, 70.0) - (15.0 + 25.0 + 20.0 * MOST)).abs() < 1e-12);
         assert!((total(0.0, 0.0, 100.0) - 100.0 * MOST).abs() < 1e-12);
         assert_eq!(total(7.0, 50.0, 0.0), 7.0);
     }
@@ -98,6 +99,7 @@ mod tests {
             facing: Some(0.0),
             sharp: &[2.0; 100],
             bends: &[],
+            beyond: &[],
             settled_mm: 1e-3,
             is_dear: false,
         };
@@ -111,7 +113,7 @@ mod tests {
             };
             problem.sum(&state).0
         };
-        for along_mm in [-18.0, -4.0, 4.0, 9.0] {
+        for along_mm in [-18.0, -4.0, 4.0, 28.0] {
             // Rounding of a sum of 100.
             assert!(
                 (cost(along_mm) - cost(0.0)).abs() < 1e-9,
@@ -119,7 +121,7 @@ mod tests {
                 cost(along_mm)
             );
         }
-        // Beyond the share that a verdict accepts nothing is free.
-        assert!(cost(20.0) > cost(0.0) + 9.0 * (MOST - 1.0));
+        // Beyond half of all nothing is free.
+        assert!(cost(40.0) > cost(0.0) + 9.0 * (MOST - 1.0));
     }
 }

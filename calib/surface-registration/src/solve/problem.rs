@@ -40,6 +40,8 @@ pub(crate) struct Problem<'a, D> {
     pub(crate) sharp: &'a [f64],
     /// By how much each point lies outside of the surface on average because the surface bends, mm; empty where that is left out.
     pub(crate) bends: &'a [f64],
+    /// Which points are taken for ones beyond an open border whatever their nearest place says; empty for none.
+    pub(crate) beyond: &'a [bool],
     /// Steps shorter than this end it, mm.
     pub(crate) settled_mm: f64,
     /// Whether a step goes to the minimum of the residuals as they are linear here, with the weights that they have there, and not with
@@ -88,8 +90,9 @@ impl<D: Distances> Problem<'_, D> {
         let (d, n, is_open) = self.distances.look(i, &(arm + state.shift), reach);
         let w = arm.cross(&n);
         let slope = Vector8::from([w.x, w.y, w.z, n.x, n.y, n.z, -n.dot(&beam), -1.0]) * sharp;
+        let is_open = is_open || self.beyond.get(i).copied().unwrap_or(false);
         let say = match self.facing {
-            Some(_) if is_open => Say::Beyond,
+            _ if is_open => Say::Beyond,
             Some(limit) if n.dot(&(state.turn * cloud.beams[i])) > limit => Say::FacesAway,
             _ => Say::Has,
         };
@@ -208,6 +211,17 @@ impl<D: Distances> Problem<'_, D> {
                 slope[place] = 0.0;
             }
         }
+    }
+
+    /// The cost of what is known before.
+    pub(crate) fn known_cost(&self, state: &State) -> f64 {
+        let mut nowhere = At {
+            matrix: Matrix8::zeros(),
+            slope: Vector8::zeros(),
+            rows: Vec::new(),
+            known: None,
+        };
+        self.known(state, &mut nowhere)
     }
 
     /// Adds what is known before, and gives its cost.
@@ -346,6 +360,7 @@ mod tests {
                 facing: None,
                 sharp: &sharp,
                 bends: &[],
+                beyond: &[],
                 settled_mm: 1e-3,
                 is_dear: false,
             };
@@ -390,6 +405,7 @@ mod tests {
             facing: None,
             sharp: &sharp,
             bends: &[],
+            beyond: &[],
             settled_mm: 1e-3,
             is_dear: false,
         };

@@ -4,7 +4,7 @@ use fit::{Damping, Limits, least_squares};
 use nalgebra::Vector3;
 
 use super::problem::MOST_BEND_MM;
-use super::{Anchor, Distances, Exact, Priors, Problem, State, apart_mm};
+use super::{Anchor, Distances, Exact, Priors, Problem, Say, State, apart_mm};
 use crate::points::Cloud;
 use crate::tree::Tree;
 use crate::{Field, Kernel};
@@ -45,6 +45,9 @@ pub(crate) struct Ended {
 
 /// Rounds of the end: in each one the deviations are those of the pose before.
 const ROUNDS: usize = 6;
+/// Rounds after which a point that was beyond an open border stays there: one that says nothing does no harm, and rounds between which points
+/// go to and fro have no end. (One that goes beyond may always: were it held, it would draw the fit back under the border.)
+const FREE_ROUNDS: usize = 3;
 /// Steps of one round.
 const ROUND_STEPS: usize = 8;
 /// A step that ends a round, mm.
@@ -93,6 +96,7 @@ impl Solver<'_> {
             facing: Some(self.facing),
             sharp: &noise.sharp,
             bends: &noise.bends,
+            beyond: &[],
             settled_mm: 0.0,
             is_dear: false,
         }
@@ -111,6 +115,7 @@ impl Solver<'_> {
                 facing: stage.is_facing.then_some(self.facing),
                 sharp,
                 bends: &[],
+                beyond: &[],
                 settled_mm: stage.settled_mm,
                 is_dear: false,
             };
@@ -133,10 +138,17 @@ impl Solver<'_> {
             noise: Noise::default(),
         };
         for round in 0..ROUNDS {
-            if round > 0 && apart_mm(&now.state, &bent, cloud.radius_mm) < SAME_BEND_MM {
-                self.sharpen(cloud, exact, &now.state, &mut noise);
-            } else if round > 0 {
-                (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
+            if round > 0 {
+                let before = std::mem::take(&mut noise.beyond);
+                if apart_mm(&now.state, &bent, cloud.radius_mm) < SAME_BEND_MM {
+                    self.sharpen(cloud, exact, &now.state, &mut noise);
+                } else {
+                    (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
+                }
+                noise.beyond = before;
+                if round >= FREE_ROUNDS {
+                    noise.beyond = self.sides(cloud, exact, &noise, &now.state);
+                }
             }
             let problem = self.last(cloud, exact, &noise);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
@@ -149,6 +161,17 @@ impl Solver<'_> {
             }
         }
         Some(Ended { noise, ..now })
+    }
+
+    /// Which points lie beyond an open border, those that are held there among them.
+    fn sides(&self, cloud: &Cloud, exact: &Exact<'_>, noise: &Noise, state: &State) -> Vec<bool> {
+        if self.field.is_closed() {
+            return Vec::new();
+        }
+        let problem = self.last(cloud, exact, noise);
+        (0..cloud.len())
+            .map(|i| problem.residual(i, state).2 == Say::Beyond)
+            .collect()
     }
 
     /// The problem of the end.
@@ -165,6 +188,7 @@ impl Solver<'_> {
             facing: Some(self.facing),
             sharp: &noise.sharp,
             bends: &noise.bends,
+            beyond: &noise.beyond,
             settled_mm: SETTLED_MM,
             is_dear: true,
         }
@@ -240,6 +264,8 @@ pub(crate) struct Noise {
     pub(crate) sharp: Vec<f64>,
     /// By how much each point lies outside of the surface on average because the surface bends, mm.
     pub(crate) bends: Vec<f64>,
+    /// Which points are taken for ones beyond an open border whatever their nearest place says; empty for none.
+    pub(crate) beyond: Vec<bool>,
     /// Variance that bends and facets add to that along the normal, mm^2.
     spread: Vec<f64>,
 }

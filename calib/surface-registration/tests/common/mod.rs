@@ -6,4 +6,5 @@
 
 pub(crate) mod change;
 pub(crate) mod draw;
+pub(crate) mod end;
 pub(crate) mod oracle;

@@ -12,6 +12,7 @@ mod shapes;
 mod bad_input;
 mod border;
 mod distances;
+mod ends;
 mod free;
 mod moved;
 mod next;
