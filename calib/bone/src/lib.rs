@@ -39,9 +39,11 @@
 
 mod component;
 mod components;
+mod enclosed;
 mod error;
 mod extract;
 mod fill;
+mod gaps;
 mod islands;
 mod model;
 mod normal;
