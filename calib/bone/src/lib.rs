@@ -55,6 +55,7 @@ mod result;
 mod scanner;
 mod shell;
 mod solve;
+mod uneven;
 mod voxels;
 
 pub use component::Component;

@@ -91,6 +91,8 @@ pub(crate) struct Sample {
 pub(crate) struct Patch {
     pub(crate) place: Place,
     pub(crate) samples: Vec<Sample>,
+    /// Outwards, of length 1.
+    pub(crate) normal: Vector3<f64>,
     /// The share of the blur's variance along the normal that is of the slice's plane.
     pub(crate) plane_share: f64,
     /// Whether the window was cut short by something else.
@@ -150,6 +152,7 @@ pub(crate) fn patch(
             bends,
         },
         samples,
+        normal: n,
         plane_share: plane * (1.0 - along) / variance,
         is_short,
     })
