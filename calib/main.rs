@@ -1,14 +1,21 @@
 //! The `calib` program.
 
 use calib_cli::cli::Hands;
-use calib_cli::{Delivered, Follow, Seen};
+use calib_cli::{Delivered, Follow, Loaded, Seen};
 use geometry::{Marker, Tool, Uncertain};
 use scene::Scene;
 use tracker_proc::{Markers, PosedMarkers};
 
 fn main() -> std::process::ExitCode {
     calib_cli::cli::main(Hands {
-        load: volume_loader::load,
+        load: |spec| {
+            let (volume, told) = volume_loader::load_told(spec)?;
+            Ok(Loaded {
+                volume,
+                modality: told.modality,
+                warnings: told.warnings,
+            })
+        },
         labels: volume_loader::load_labels,
         label_names: |path| Ok(volume_loader::label_names(path)?),
         follow,

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use calib_cli::cli::{Hands, answer};
-use calib_cli::{CameraFile, FollowMarkers};
+use calib_cli::{CameraFile, FollowMarkers, Loaded};
 use image::{DynamicImage, GrayImage, ImageFormat, Luma};
 
 use crate::{Failure, Folder};
@@ -44,7 +44,14 @@ pub(crate) fn calib(words: &[&str], last: Option<&Path>) {
 fn output(words: &[&str], last: Option<&Path>) -> Result<String, String> {
     let follow: FollowMarkers = |_| Err("nothing is followed here".into());
     let hands = Hands {
-        load: volume_loader::load,
+        load: |spec| {
+            let (volume, told) = volume_loader::load_told(spec)?;
+            Ok(Loaded {
+                volume,
+                modality: told.modality,
+                warnings: told.warnings,
+            })
+        },
         labels: volume_loader::load_labels,
         label_names: |path| Ok(volume_loader::label_names(path)?),
         follow,

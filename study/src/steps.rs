@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use bus::message::Practice;
 use calib::registration::{Method, Pairs, fit};
 use calib_cli::cli::{Hands, answer};
-use calib_cli::{BeadsFile, CalibrationFile, practice};
+use calib_cli::{BeadsFile, CalibrationFile, Loaded, practice};
 use chance::Chance;
 use geometry::{Ct, Marker, Point, Rigid, Tool, Vector};
 use scene::Scene;
@@ -122,7 +122,14 @@ pub(crate) struct Prepared {
 
 /// What the commands of `calib` are given; volumes are read by `volume-loader`, and there is no run.
 pub(crate) const HANDS: Hands = Hands {
-    load: volume_loader::load,
+    load: |spec| {
+        let (volume, told) = volume_loader::load_told(spec)?;
+        Ok(Loaded {
+            volume,
+            modality: told.modality,
+            warnings: told.warnings,
+        })
+    },
     labels: volume_loader::load_labels,
     label_names: |path| Ok(volume_loader::label_names(path)?),
     follow: |_| Err("no run is followed in a study".into()),

@@ -10,7 +10,7 @@ mod planes;
 mod statistics;
 mod summary;
 mod text;
-mod warnings;
+pub(crate) mod warnings;
 
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,7 @@ use scene::{FileSpec, VolumeSource, VolumeSpec};
 use crate::dicom;
 use crate::error::LoadError;
 use crate::fill::fill;
+use crate::inspect::{Changed, warnings};
 use crate::nifti::{HeaderError, NiftiSource};
 use crate::part::part;
 use crate::phantom_source::{PhantomLabels, PhantomSource};
@@ -160,8 +161,8 @@ pub(crate) fn open_labels(
 ///
 /// # Errors
 /// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
-pub(crate) fn labels_in(source: Box<dyn VoxelSource>) -> Result<OwnedVolume, LoadError> {
-    let (volume, changed) = counted(source)?;
+pub(crate) fn labels_in(mut source: Box<dyn VoxelSource>) -> Result<OwnedVolume, LoadError> {
+    let (volume, changed) = counted(source.as_mut())?;
     let clamped = changed.clamped_low + changed.clamped_high;
     match changed.rounded + changed.not_finite + clamped {
         0 => Ok(volume),
@@ -181,17 +182,48 @@ pub fn load(spec: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error 
     load_seeded(spec, 1)
 }
 
-fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
-    Ok(counted(open(spec, seed)?)?.0)
+/// What is told of an examination beside its voxels.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Told {
+    /// The kind of scanner by DICOM's word, such as `CT` or `MR`; `None` where the format does not say.
+    pub modality: Option<String>,
+    /// What is doubtful about it, a sentence each, as `inspect` has it.
+    pub warnings: Vec<String>,
 }
 
-fn counted(mut source: Box<dyn VoxelSource>) -> Result<(OwnedVolume, Conversion), LoadError> {
+/// As [`load`], with what is told of it.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_told(spec: &VolumeSpec) -> Result<(OwnedVolume, Told), Box<dyn std::error::Error + Send + Sync>> {
+    let mut source = open(spec, 1)?;
+    let facts = source.facts();
+    let (volume, conversion) = counted(source.as_mut())?;
+    let modality = facts.extra.get("modality").and_then(|word| word.as_str());
+    let mut warnings = facts.warnings;
+    warnings.extend(source.remarks());
+    let marks = volume.marks.words();
+    warnings.extend(warnings::of_volume(&volume.view(), &Changed::from(conversion), &marks));
+    Ok((
+        volume,
+        Told {
+            modality: modality.map(str::to_owned),
+            warnings,
+        },
+    ))
+}
+
+fn load_owned(spec: &VolumeSpec, seed: u64) -> Result<OwnedVolume, LoadError> {
+    Ok(counted(open(spec, seed)?.as_mut())?.0)
+}
+
+fn counted(source: &mut dyn VoxelSource) -> Result<(OwnedVolume, Conversion), LoadError> {
     let grid = *source.grid();
     let layout = Layout::choose(grid.dims())?;
     let padding_hu = source.padding_hu();
     check_memory(layout.stored() * 2)?;
     let mut voxels = Voxels::zeroed(layout.stored() as usize);
-    let filled = fill(source.as_mut(), &layout, &mut voxels, |_| true)?;
+    let filled = fill(source, &layout, &mut voxels, |_| true)?;
     let volume = OwnedVolume {
         grid,
         layout,

@@ -74,6 +74,19 @@ pub enum Refused {
         /// The largest, at most 12.
         largest: Vec<Component>,
     },
+    /// Nothing of the region is dark enough to lie beside bone.
+    #[error(
+        "{share:.0} % of what was measured about the body has {level} HU or more, and the darkest voxel has {darkest}: there is nothing beside \
+         bone. Are these Hounsfield units, with 0 for water?"
+    )]
+    AllBone {
+        /// Share of the body, %.
+        share: f64,
+        /// The threshold, HU.
+        level: f64,
+        /// The darkest voxel, HU.
+        darkest: i16,
+    },
     /// There is no body of that number.
     #[error("there is no body {asked} above the threshold: there are {count} of 0.5 ml and more")]
     NoComponent {

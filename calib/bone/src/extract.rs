@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
+use crate::enclosed::is_enclosed;
 use crate::error::Refused;
 use crate::fill::fill;
 use crate::model::Unknowns;
@@ -77,6 +78,9 @@ const LEAST_KEPT: f64 = 0.25;
 /// The most share of a bone's surface that has no cortex.
 const MOST_WITHOUT: f64 = 0.6;
 
+/// The most share of bone in the part of the CT about it, which has a margin to each side.
+const MOST_BONE: f64 = 0.95;
+
 /// Takes the surface of a bone from a CT.
 ///
 /// # Errors
@@ -97,9 +101,10 @@ pub fn extract(voxels: &dyn Voxels, options: &Options<'_>) -> Result<Bone, Refus
         listed,
         metal,
     } = choose(voxels, &options.region, options.cuts, options.excluded, levels, margin)?;
+    not_all_bone(&crop, &mask, options.level_hu)?;
     (options.progress)("filling", 0.0);
     fill(&crop, &mut mask, options.level_hu);
-    let shell = shell(&crop, &mask, options.level_hu)?;
+    let mut shell = shell(&crop, &mask, options.level_hu)?;
     let work = Work {
         crop: &crop,
         optics,
@@ -107,7 +112,9 @@ pub fn extract(voxels: &dyn Voxels, options: &Options<'_>) -> Result<Bone, Refus
         threads: options.threads.clamp(1, 64),
         progress: options.progress,
         window: window(&optics, options.metal_hu),
+        cuts: options.cuts,
     };
+    work.inner_walls(&mut shell, &mask);
     let mut scanner = Scanner::expected(expected, options.blur_mm.is_some());
     let mut corners = shell.corners.clone();
     let mut states = Vec::new();
@@ -176,6 +183,21 @@ fn verdict(bone: &Bone, options: &Options<'_>) -> Result<(), Refused> {
     Ok(())
 }
 
+/// Bone is seen beside what is none.
+fn not_all_bone(crop: &Crop, mask: &[u8], level: f64) -> Result<(), Refused> {
+    let measured = || (0..mask.len()).filter(|at| !crop.is_gap(*at));
+    let bone = measured().filter(|at| mask[*at] == 1).count() as f64;
+    let share = bone / (measured().count() as f64).max(1.0);
+    if share < MOST_BONE {
+        return Ok(());
+    }
+    Err(Refused::AllBone {
+        share: 100.0 * share,
+        level,
+        darkest: measured().map(|at| crop.hu[at]).min().unwrap_or(i16::MIN),
+    })
+}
+
 fn window(optics: &Optics, metal_hu: i16) -> Window {
     let [plane, axial] = optics.step_mm;
     let mean = (plane * plane * axial).cbrt();
@@ -193,9 +215,24 @@ struct Work<'a> {
     threads: usize,
     progress: Progress<'a>,
     window: Window,
+    cuts: &'a [Cut],
 }
 
 impl Work<'_> {
+    /// Marks corners of the walls of cavities that are open somewhere.
+    fn inner_walls(&self, shell: &mut Shell, mask: &[u8]) {
+        let normals = normals(&shell.corners, &shell.triangles);
+        let corners = &shell.corners;
+        let inner = self.parallel("inner walls", corners.len(), |i, _| {
+            is_enclosed(self.crop, mask, &corners[i], &normals[i])
+        });
+        for (edge, _) in shell.edge.iter_mut().zip(inner).filter(|(_, is_inner)| *is_inner) {
+            if *edge == Edge::None {
+                *edge = Edge::Inner;
+            }
+        }
+    }
+
     fn quadrics(&self, corners: &[Vector3<f64>], shell: &Shell) -> Vec<Option<Quadric>> {
         let adjacent = Adjacent::new(corners.len(), &shell.triangles);
         // Where the CT or the region ends a lid closes the shell: it says nothing of how the bone's surface lies.
@@ -238,6 +275,7 @@ impl Work<'_> {
             match shell.edge[i] {
                 Edge::End => return Err(Lost::End),
                 Edge::Cut => return Err(Lost::Cut),
+                Edge::Inner => return Err(Lost::Inner),
                 Edge::None => {}
             }
             let quadric = quadrics[i].ok_or(Lost::Rough)?;
@@ -275,8 +313,13 @@ impl Work<'_> {
         if !is_sure {
             return Err(Lost::Unsure);
         }
+        // Before a cut stands the blurred edge of what is behind it, whose own surface lies there.
+        let mm = quadric.foot + quadric.normal * outer;
+        if self.cuts.iter().any(|cut| cut.holds(&mm)) {
+            return Err(Lost::Cut);
+        }
         Ok(Place {
-            mm: quadric.foot + quadric.normal * outer,
+            mm,
             normal: quadric.normal,
             outer_mm: outer,
             deviation_mm: own,

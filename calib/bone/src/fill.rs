@@ -16,7 +16,10 @@ pub(crate) fn fill(crop: &Crop, mask: &mut [u8], level: f64) {
         .map(|(m, hu)| m | u8::from(f64::from(*hu) >= level))
         .collect();
     let reach = ball(crop, CLOSE_MM.max(1.01 * least_step(crop)));
-    let open: Vec<u8> = dilated(crop, &wall, 1, &reach).iter().map(|v| 1 - v).collect();
+    // Bone that ends where nothing was measured is closed there, as it is at the CT's end.
+    let mut shut = wall.clone();
+    crop.gap.iter().zip(&mut shut).for_each(|(gap, voxel)| *voxel |= gap);
+    let open: Vec<u8> = dilated(crop, &shut, 1, &reach).iter().map(|v| 1 - v).collect();
     let open = dilated(crop, &open, 1, &reach);
     // Of the closed walls 0, of what is around them 1.
     let around = flooded(crop, &open);
@@ -28,7 +31,7 @@ pub(crate) fn fill(crop: &Crop, mask: &mut [u8], level: f64) {
     // A cavity ends where the closing began: grown back it meets its wall again.
     let mut cavity = dilated(crop, &holes, 1, &reach);
     // And what is enclosed without any closing.
-    let free: Vec<u8> = wall.iter().map(|v| 1 - v).collect();
+    let free: Vec<u8> = shut.iter().map(|v| 1 - v).collect();
     let around = flooded(crop, &free);
     for (i, voxel) in cavity.iter_mut().enumerate() {
         *voxel = u8::from(free[i] == 1 && (*voxel == 1 || around[i] == 0));
@@ -191,6 +194,12 @@ fn flooded(crop: &Crop, free: &[u8]) -> Vec<u8> {
             }
         }
     }
+    if crop.gap.contains(&1) {
+        // Within a round field what is around the bone need not reach the CT's end: it is the largest of what hangs together.
+        let start = largest(crop, free);
+        queue.extend(start);
+        start.into_iter().for_each(|at| reached[at] = 1);
+    }
     let [nx, ny, _] = crop.dims;
     while let Some(at) = queue.pop_front() {
         let place = [at % nx, at / nx % ny, at / (nx * ny)];
@@ -202,4 +211,28 @@ fn flooded(crop: &Crop, free: &[u8]) -> Vec<u8> {
         }
     }
     reached
+}
+
+/// A voxel of the largest of the bodies that voxels that are 1 make.
+fn largest(crop: &Crop, free: &[u8]) -> Option<usize> {
+    let [nx, ny, _] = crop.dims;
+    let (mut seen, mut best) = (vec![false; free.len()], None);
+    for start in 0..free.len() {
+        if free[start] == 0 || seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let (mut queue, mut count) = (vec![start], 0_usize);
+        while let Some(at) = queue.pop() {
+            count += 1;
+            for other in neighbours(crop, [at % nx, at / nx % ny, at / (nx * ny)]) {
+                if free[other] == 1 && !seen[other] {
+                    seen[other] = true;
+                    queue.push(other);
+                }
+            }
+        }
+        best = best.max(Some((count, start)));
+    }
+    best.map(|(_, start)| start)
 }

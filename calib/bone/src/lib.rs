@@ -39,9 +39,11 @@
 
 mod component;
 mod components;
+mod enclosed;
 mod error;
 mod extract;
 mod fill;
+mod gaps;
 mod islands;
 mod model;
 mod normal;
@@ -53,6 +55,7 @@ mod result;
 mod scanner;
 mod shell;
 mod solve;
+mod uneven;
 mod voxels;
 
 pub use component::Component;

@@ -20,7 +20,7 @@ const OUTSIDE_MM: f64 = 1.0;
 /// Why a place of the threshold's surface has no position of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Lost {
-    /// The CT ends there.
+    /// The CT ends there, or nothing was measured.
     End,
     /// The region, or another body, ends there: a joint that was cut.
     Cut,
@@ -38,11 +38,13 @@ pub enum Lost {
     Stray,
     /// It is of a small piece among places that are lost.
     Island,
+    /// Bone is nearly all around before it: the wall of a cavity that is open somewhere.
+    Inner,
 }
 
 impl Lost {
     /// All, in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::End,
         Self::Cut,
         Self::Other,
@@ -52,12 +54,13 @@ impl Lost {
         Self::Unsure,
         Self::Stray,
         Self::Island,
+        Self::Inner,
     ];
 
     /// In words.
     pub const fn words(self) -> &'static str {
         match self {
-            Self::End => "the CT ends there",
+            Self::End => "the CT ends there, or measured nothing",
             Self::Cut => "the region ends there",
             Self::Other => "another bone is too near",
             Self::Metal => "metal is near",
@@ -66,6 +69,7 @@ impl Lost {
             Self::Unsure => "the position is hardly known",
             Self::Stray => "off from its neighbours",
             Self::Island => "a small piece that stands alone",
+            Self::Inner => "the wall of a cavity: bone nearly all around before it",
         }
     }
 }
@@ -87,6 +91,8 @@ pub(crate) struct Sample {
 pub(crate) struct Patch {
     pub(crate) place: Place,
     pub(crate) samples: Vec<Sample>,
+    /// Outwards, of length 1.
+    pub(crate) normal: Vector3<f64>,
     /// The share of the blur's variance along the normal that is of the slice's plane.
     pub(crate) plane_share: f64,
     /// Whether the window was cut short by something else.
@@ -121,7 +127,8 @@ pub(crate) fn patch(
     let reach = [3.0 * s + INSIDE_MM, 3.0 * s + OUTSIDE_MM];
     let ([inside, outside], is_short) = cut(crop, quadric, reach, window)?;
     if outside < LEAST_OUTSIDE * s {
-        return Err(Lost::Other);
+        let beyond = quadric.foot + n * (outside + window.step_mm);
+        return Err(crop.linear(&beyond).map_or(Lost::End, |_| Lost::Other));
     }
     let bends = [0, 1].map(|k| {
         let axis = quadric.axes[k];
@@ -145,6 +152,7 @@ pub(crate) fn patch(
             bends,
         },
         samples,
+        normal: n,
         plane_share: plane * (1.0 - along) / variance,
         is_short,
     })
@@ -232,7 +240,11 @@ fn gather(crop: &Crop, quadric: &Quadric, [inside, outside]: [f64; 2], window: &
                 if distance < -inside || distance > outside {
                     continue;
                 }
-                let hu = crop.hu[crop.offset([x, y, z].map(|i| i as usize))];
+                let offset = crop.offset([x, y, z].map(|i| i as usize));
+                if crop.is_gap(offset) {
+                    continue;
+                }
+                let hu = crop.hu[offset];
                 if hu >= window.metal_hu {
                     return Err(Lost::Metal);
                 }

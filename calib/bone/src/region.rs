@@ -6,6 +6,7 @@ use crate::component::Component;
 use crate::components::Bodies;
 use crate::error::Refused;
 use crate::fill::{ball, dilated, for_each};
+use crate::gaps::gaps;
 use crate::voxels::{Crop, VoxelBox, Voxels};
 
 /// Bodies of less are not listed, ml.
@@ -53,9 +54,10 @@ pub struct Cut {
 }
 
 impl Cut {
-    /// Whether a place is cut away.
-    fn holds(&self, mm: &Vector3<f64>) -> bool {
-        (mm - Vector3::from(self.place_mm)).dot(&Vector3::from(self.normal)) > 0.0
+    /// Whether a place is cut away; what lies on the plane is, to a millionth of a mm.
+    pub(crate) fn holds(&self, mm: &Vector3<f64>) -> bool {
+        let normal = Vector3::from(self.normal);
+        (mm - Vector3::from(self.place_mm)).dot(&normal) > -1e-6 * normal.norm()
     }
 }
 
@@ -145,7 +147,8 @@ fn cropped(
     let mut painted = vec![0; whole.hu.len()];
     bodies.paint(whole, number, &mut painted);
     let margin = [0, 1, 2].map(|k| (whole.index_from_mm.row(k).norm() * margin_mm).ceil() as u32);
-    let crop = Crop::new(voxels, body.place.grown(margin, voxels.grid()));
+    let mut crop = Crop::new(voxels, body.place.grown(margin, voxels.grid()));
+    crop.gap = gaps(&crop, voxels.padding_hu());
     let mut mask = vec![0; crop.hu.len()];
     let (mut metal, mut at) = (0, 0);
     let first = [0, 1, 2].map(|k| i64::from(crop.place.first[k]) - i64::from(whole.place.first[k]));
@@ -154,7 +157,8 @@ fn cropped(
             for x in 0..crop.dims[0] {
                 let there = [x as i64 + first[0], y as i64 + first[1], z as i64 + first[2]];
                 if (0..3).all(|k| there[k] >= 0 && there[k] < whole.dims[k] as i64) {
-                    mask[at] = painted[whole.offset(there.map(|k| k as usize))];
+                    // Padding may be as bright as bone.
+                    mask[at] = painted[whole.offset(there.map(|k| k as usize))] & u8::from(!crop.is_gap(at));
                 }
                 metal += u64::from(crop.hu[at] >= levels.metal_hu);
                 at += 1;

@@ -28,6 +28,8 @@ pub(crate) enum Edge {
     End,
     /// What is as bright as bone goes on: it belongs to something else.
     Cut,
+    /// Bone is nearly all around before it.
+    Inner,
 }
 
 /// The outer surfaces of what is 1 in `mask`.
@@ -99,6 +101,9 @@ fn edge(crop: &Crop, mask: &[u8], level: f64, point: [f32; 3]) -> Edge {
         }
         if (0..3).all(|k| at[k] >= 0 && at[k] < crop.dims[k] as i64) {
             let offset = crop.offset(at.map(|k| k as usize));
+            if crop.is_gap(offset) {
+                return Edge::End;
+            }
             cut |= mask[offset] == 0 && f64::from(crop.hu[offset]) >= level;
         }
     }

@@ -10,6 +10,11 @@ pub trait Voxels {
 
     /// The values of row `y` of slice `z`, as many as the grid has columns.
     fn row(&self, y: u32, z: u32, out: &mut [i16]);
+
+    /// The HU that stands where nothing was measured; `None` where there is none.
+    fn padding_hu(&self) -> Option<i16> {
+        None
+    }
 }
 
 /// A box of voxels within a CT: the first along each axis and the first beyond.
@@ -53,6 +58,8 @@ pub(crate) struct Crop {
     /// Whether the part ends where the CT ends, at the low and the high side of each axis.
     pub(crate) is_end: [[bool; 2]; 3],
     pub(crate) hu: Vec<i16>,
+    /// What nothing measured, and what is beside it, is 1; empty where nobody looked.
+    pub(crate) gap: Vec<u8>,
     /// From indices of this part to mm: columns are the voxels' steps.
     pub(crate) steps: Matrix3<f64>,
     pub(crate) origin: Vector3<f64>,
@@ -79,6 +86,7 @@ impl Crop {
             dims,
             is_end: [0, 1, 2].map(|k| [place.first[k] == 0, place.end[k] == grid.dims()[k]]),
             hu,
+            gap: Vec::new(),
             steps,
             origin: Vector3::from((affine * Point::<Voxel>::new(x, y, z)).mm()),
             // A checked grid has an inverse.
@@ -90,6 +98,11 @@ impl Crop {
         (z * self.dims[1] + y) * self.dims[0] + x
     }
 
+    /// Whether nothing measured a voxel, or one beside it.
+    pub(crate) fn is_gap(&self, offset: usize) -> bool {
+        self.gap.get(offset) == Some(&1)
+    }
+
     pub(crate) fn mm(&self, index: Vector3<f64>) -> Vector3<f64> {
         self.origin + self.steps * index
     }
@@ -98,7 +111,7 @@ impl Crop {
         self.index_from_mm * (mm - self.origin)
     }
 
-    /// The HU at a place, linear between the eight voxels around; `None` where one of them is outside.
+    /// The HU at a place, linear between the eight voxels around; `None` where one of them is outside, or was not measured.
     pub(crate) fn linear(&self, mm: &Vector3<f64>) -> Option<f64> {
         let index = self.index(mm);
         let low = index.map(f64::floor);
@@ -113,7 +126,11 @@ impl Crop {
             let weight: f64 = (0..3)
                 .map(|k| if far[k] == 1 { part[k] } else { 1.0 - part[k] })
                 .product();
-            sum += weight * f64::from(self.hu[self.offset([0, 1, 2].map(|k| first[k] + far[k]))]);
+            let offset = self.offset([0, 1, 2].map(|k| first[k] + far[k]));
+            if self.is_gap(offset) {
+                return None;
+            }
+            sum += weight * f64::from(self.hu[offset]);
         }
         Some(sum)
     }

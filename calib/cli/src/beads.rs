@@ -18,5 +18,5 @@ pub use file::{BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, RejectedRecor
 pub(crate) use find::{BEADS_HELP, BeadsArgs};
 pub(crate) use matching::{MATCH_HELP, MatchArgs};
 pub(crate) use sheet::{sample, tone};
-pub use volume::{LoadLabels, LoadVolume, ReadLabelNames};
-pub(crate) use volume::{ReadArgs, Volume};
+pub use volume::{LoadLabels, LoadVolume, Loaded, ReadLabelNames};
+pub(crate) use volume::{ReadArgs, Volume, warned};

@@ -74,6 +74,9 @@ pub(crate) struct BoneArgs {
     /// Take a surface of which most has no cortex
     #[arg(long)]
     accept_no_cortex: bool,
+    /// Take the numbers of another modality than CT as HU; the result's file says so
+    #[arg(long)]
+    accept_not_ct: bool,
     /// Write the surface here, and what it rests on beside it
     #[arg(long, value_name = "FILE.ply|FILE.vtk")]
     out: Option<PathBuf>,
@@ -102,7 +105,7 @@ impl BoneArgs {
             store::check(path, self.overwrite)?;
         }
         let spec = self.read.spec(&self.volume)?;
-        let volume = self.read.load(&self.volume, hands.load)?;
+        let (volume, warnings) = self.read.load_ct(&self.volume, hands.load, self.accept_not_ct)?;
         let labelled = self.region.labelled(&volume, &spec, hands, self.threshold_hu.0)?;
         let bone = self.extract(&volume, labelled.as_ref())?;
         let (name, surface_bytes) = match &outputs {
@@ -112,7 +115,13 @@ impl BoneArgs {
             ),
             None => (None, surface::bytes(&bone, Format::Ply)),
         };
-        let file = BoneFile::new(self, &volume, labelled.as_ref(), &bone, (name, &surface_bytes));
+        let file = BoneFile::new(
+            self,
+            (&volume, warnings),
+            labelled.as_ref(),
+            &bone,
+            (name, &surface_bytes),
+        );
         let encoded = serde_json::to_string_pretty(&file)? + "\n";
         let mut text = report::report(&self.volume, &volume, &bone, &file);
         if let Some((path, _, record)) = &outputs {
@@ -194,6 +203,10 @@ impl bone::Voxels for Volume {
 
     fn row(&self, y: u32, z: u32, out: &mut [i16]) {
         bead::Voxels::row(self, y, z, out);
+    }
+
+    fn padding_hu(&self) -> Option<i16> {
+        Some(self.0.padding_hu)
     }
 }
 

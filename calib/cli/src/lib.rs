@@ -30,7 +30,7 @@ mod text;
 mod values;
 
 pub use beads::{
-    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadLabels, LoadVolume, ReadLabelNames, RejectedRecord,
+    BEADS_FORMAT, BEADS_VERSION, BeadRecord, BeadsFile, LoadLabels, LoadVolume, Loaded, ReadLabelNames, RejectedRecord,
     SearchRecord, VolumeRecord,
 };
 pub use bone::{BONE_FORMAT, BONE_VERSION, BoneFile, BoneScannerRecord, LostRecord};

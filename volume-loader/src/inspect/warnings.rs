@@ -1,6 +1,9 @@
 //! What is doubtful about a volume, in sentences for a person.
 
-use super::{Handedness, Summary};
+use bus::volume::VolumeView;
+
+use super::statistics::distinct_padding;
+use super::{Changed, Handedness, Place, Summary};
 
 /// Tilts and slants above this are said, degrees: a gantry's and a scanner's rounding are below.
 const ANGLE_DEGREES: f64 = 0.05;
@@ -11,12 +14,29 @@ const AIR_BELOW_HU: i16 = -500;
 
 /// Every sentence that holds.
 pub(super) fn of(summary: &Summary) -> Vec<String> {
-    let all = [place(summary), values(summary), changes(summary)];
+    let range = summary.hu.as_ref().map(|hu| [hu.min, hu.max]);
+    let changes = changes(&summary.changed, summary.voxels, &summary.marks);
+    let all = [place(&summary.place), values(range), changes];
     all.into_iter().flatten().collect()
 }
 
-fn place(summary: &Summary) -> Vec<String> {
-    let place = &summary.place;
+/// The same of a volume in memory.
+pub(crate) fn of_volume(view: &VolumeView<'_>, changed: &Changed, marks: &str) -> Vec<String> {
+    let [columns, rows, slices] = view.grid.dims();
+    let (padding, mut range) = (distinct_padding(view.padding_hu), None);
+    let mut slice = vec![0; columns as usize * rows as usize];
+    for z in 0..slices {
+        view.slice(z, &mut slice);
+        for &hu in slice.iter().filter(|hu| Some(**hu) != padding) {
+            range = Some(range.map_or([hu; 2], |[min, max]: [i16; 2]| [min.min(hu), max.max(hu)]));
+        }
+    }
+    let changes = changes(changed, view.grid.voxels(), marks);
+    let all = [place(&Place::of(view.grid)), values(range), changes];
+    all.into_iter().flatten().collect()
+}
+
+fn place(place: &Place) -> Vec<String> {
     let mut said = Vec::new();
     if place.tilt_degrees > ANGLE_DEGREES {
         said.push(format!(
@@ -49,24 +69,22 @@ fn place(summary: &Summary) -> Vec<String> {
     said
 }
 
-fn values(summary: &Summary) -> Vec<String> {
-    let Some(hu) = &summary.hu else {
+fn values(range: Option<[i16; 2]>) -> Vec<String> {
+    let Some([min, max]) = range else {
         return vec!["every voxel is padding: nothing was measured".to_owned()];
     };
     let mut said = Vec::new();
-    if hu.min == hu.max {
-        said.push(format!("every voxel holds {} HU", hu.min));
-    } else if hu.min > AIR_BELOW_HU {
+    if min == max {
+        said.push(format!("every voxel holds {min} HU"));
+    } else if min > AIR_BELOW_HU {
         said.push(format!(
-            "no voxel is below {AIR_BELOW_HU} HU (the least is {}): there is no air, or the numbers are not HU",
-            hu.min
+            "no voxel is below {AIR_BELOW_HU} HU (the least is {min}): there is no air, or the numbers are not HU"
         ));
     }
     said
 }
 
-fn changes(summary: &Summary) -> Vec<String> {
-    let changed = &summary.changed;
+fn changes(changed: &Changed, voxels: u64, marks: &str) -> Vec<String> {
     let counts = [
         (changed.clamped_low, "below -32768 HU and are held to it"),
         (changed.clamped_high, "above 32767 HU and are held to it"),
@@ -75,13 +93,10 @@ fn changes(summary: &Summary) -> Vec<String> {
     ];
     let counts = counts.into_iter().filter(|(count, _)| *count > 0);
     let mut said: Vec<String> = counts
-        .map(|(count, what)| format!("{count} of {} voxels were {what}", summary.voxels))
+        .map(|(count, what)| format!("{count} of {voxels} voxels were {what}"))
         .collect();
-    if !summary.marks.is_empty() {
-        said.push(format!(
-            "these are not the scanner's voxels, or not all: {}",
-            summary.marks
-        ));
+    if !marks.is_empty() {
+        said.push(format!("these are not the scanner's voxels, or not all: {marks}"));
     }
     said
 }

@@ -138,3 +138,43 @@ fn a_joint_is_cut_by_a_plane() {
         .fold(0.0, f64::max);
     assert!(error < 1.5, "{error}");
 }
+
+/// The neighbour's blurred edge reaches over the cut: no place of its surface is taken, also where the plane goes through voxels' centres.
+#[test]
+fn a_cut_leaves_nothing_of_the_neighbours_surface() {
+    let mut scene = Scene::new(Body::Ball { radius: 12.0 }, Cortex::Even(2.0), 1.0, 0.7);
+    (scene.turn, scene.margin_mm) = ([0.0; 3], 10.0);
+    let grid = grid(&scene);
+    let first = (grid.ct_from_voxel() * geometry::Point::new(0.0, 0.0, 0.0)).mm()[0];
+    // Nearly flat, as the other side of a joint, half a voxel beyond a row of voxels: those are as bright as bone by its blur.
+    let on_voxels = first + (12.2 - first).round();
+    scene.other = Some(([on_voxels + 900.5, 0.0, 0.0], 900.0));
+    let ct = scan(&scene, grid);
+    for at in [on_voxels, on_voxels + 0.3, on_voxels - 0.3] {
+        let cuts = [Cut {
+            place_mm: [at, 0.0, 0.0],
+            normal: [2.0, 0.0, 0.0],
+        }];
+        let mut options = Options::of(Region::Seed { mm: [-11.0, 0.0, 0.0] });
+        options.cuts = &cuts;
+        let bone = extract(&ct, &options).unwrap();
+        let off = bone.places.iter().map(|p| p.mm.norm() - 12.0).fold(0.0, f64::max);
+        assert!(off < 0.6, "cut at {at}: {off}, {:?}", bone.lost);
+        assert!(bone.lost.contains_key(&bone::Lost::Cut));
+    }
+}
+
+/// A CT whose zero is air's has no tissue below the threshold: that is said, and not that it ends.
+#[test]
+fn a_ct_that_is_bone_throughout_is_refused_by_that_name() {
+    let (_, ct) = two();
+    let shifted = Dense {
+        grid: ct.grid,
+        hu: ct.hu.iter().map(|hu| hu + 1000).collect(),
+    };
+    let refused = extract(&shifted, &Options::of(Region::Only)).unwrap_err();
+    assert!(
+        matches!(refused, Refused::AllBone { share, darkest, .. } if share > 95.0 && darkest > 900),
+        "{refused}"
+    );
+}

@@ -1,10 +1,10 @@
 //! Where the surface is open, and that what registers takes it.
 
-use bone::{Lost, Options, Region, extract};
+use bone::{Lost, Options, Region, Voxels, extract};
 use geometry::{Affine, Ct, Point, Vector, VolumeGrid, Voxel};
 use surface_registration::Surface;
 
-use crate::common::{Body, Cortex, Scene, grid, scan};
+use crate::common::{Body, Cortex, Dense, Scene, grid, scan};
 
 fn surface(bone: &bone::Bone) -> Surface<Ct> {
     let corners: Vec<[f64; 3]> = bone.places.iter().map(|p| p.mm.into()).collect();
@@ -105,4 +105,128 @@ fn another_bone_that_is_too_near_opens_the_surface() {
     // What is kept there is right by its deviation, and something was not kept.
     assert!(bone.lost.contains_key(&Lost::Other), "{:?}", bone.lost);
     assert!(near.iter().all(|z| *z < 5.0), "{near:?}");
+}
+
+/// A CT with a value for what was not measured.
+struct Padded(Dense, i16);
+
+impl Voxels for Padded {
+    fn grid(&self) -> &VolumeGrid {
+        &self.0.grid
+    }
+
+    fn row(&self, y: u32, z: u32, out: &mut [i16]) {
+        self.0.row(y, z, out);
+    }
+
+    fn padding_hu(&self) -> Option<i16> {
+        Some(self.1)
+    }
+}
+
+impl Padded {
+    /// With this value wherever a place says.
+    fn set(mut self, hu: i16, is_set: impl Fn([f64; 3]) -> bool) -> Self {
+        let [nx, ny, _] = self.0.grid.dims().map(|d| d as usize);
+        let affine = self.0.grid.ct_from_voxel();
+        for (at, value) in self.0.hu.iter_mut().enumerate() {
+            let index = [at % nx, at / nx % ny, at / (nx * ny)].map(|i| i as f64);
+            if is_set((affine * Point::<Voxel>::new(index[0], index[1], index[2])).mm()) {
+                *value = hu;
+            }
+        }
+        self
+    }
+}
+
+/// A hollow ball of 14 mm: its marrow is as dark as tissue.
+fn hollow() -> (Scene, Dense) {
+    let mut scene = Scene::new(Body::Ball { radius: 14.0 }, Cortex::Even(2.5), 1.5, 0.8);
+    scene.hu[2] = 50.0;
+    let ct = scan(&scene, grid(&scene));
+    (scene, ct)
+}
+
+/// Places are the ball's by their deviations, none is of its inner wall, and some were lost where nothing was measured.
+fn opens(scene: &Scene, ct: &Padded, name: &str) {
+    let bone = extract(ct, &Options::of(Region::Number(1))).unwrap();
+    for place in &bone.places {
+        // As at the CT's end, and never half way to the inner wall.
+        let error = scene.body.distance(place.mm.into()).abs();
+        assert!(
+            error < (5.0 * place.total_mm() + 0.1).min(1.25),
+            "{name}: {error}: {place:?}"
+        );
+    }
+    assert!(
+        bone.lost.get(&Lost::End).is_some_and(|n| *n > 20),
+        "{name}: {:?}",
+        bone.lost
+    );
+    assert!(!surface(&bone).facts().open_ends.is_empty(), "{name}");
+}
+
+#[test]
+fn padding_within_the_grid_opens_the_surface_and_the_inner_wall_is_not_taken() {
+    let (scene, ct) = hollow();
+    // A round field whose edge goes through the ball, a gap between slices, and a wedge: by values that no scanner measures, and by air's.
+    let field = |[x, y, _]: [f64; 3]| (x + 8.0).hypot(y) > 18.0;
+    let slab = |[x, _, z]: [f64; 3]| (0.3 * x + z - 3.0).abs() < 3.5;
+    let of = |hu, padding_hu, is_set: &dyn Fn([f64; 3]) -> bool| {
+        let ct = Dense {
+            grid: ct.grid,
+            hu: ct.hu.clone(),
+        };
+        opens(&scene, &Padded(ct, padding_hu).set(hu, is_set), &format!("{hu} HU"));
+    };
+    for (hu, padding_hu) in [(-3024, -1024), (-1024, -3024), (600, 600)] {
+        of(hu, padding_hu, &field);
+    }
+    of(-2000, -2000, &slab);
+}
+
+/// What was not a number became the padding, alone in the cortex: the surface is open beside it, and right elsewhere.
+#[test]
+fn a_voxel_without_a_number_opens_the_surface_beside_it() {
+    let (scene, ct) = hollow();
+    let ct = Padded(ct, -1024).set(-1024, |p| (p[0] - 13.0).hypot(p[1]).hypot(p[2]) < 1.3);
+    opens(&scene, &ct, "no number");
+}
+
+/// A bone in air, of which the scanner clips the half at -1024 HU: that was measured.
+#[test]
+fn air_that_a_scanner_clips_is_measured() {
+    let mut scene = Scene::new(Body::Ball { radius: 12.0 }, Cortex::Even(2.0), 1.5, 0.8);
+    scene.hu[0] = -1024.0;
+    let mut ct = scan(&scene, grid(&scene));
+    ct.hu.iter_mut().for_each(|hu| *hu = (*hu).max(-1024));
+    let bone = extract(&Padded(ct, -1024), &Options::of(Region::Number(1))).unwrap();
+    assert!(!bone.lost.contains_key(&Lost::End), "{:?}", bone.lost);
+}
+
+/// A hollow ball with a hole of 12 mm: what is outside reaches its inner wall, which is said and left out.
+#[test]
+fn the_inner_wall_behind_a_wide_hole_is_no_outer_surface() {
+    let (scene, mut ct) = hollow();
+    let affine = ct.grid.ct_from_voxel();
+    let [nx, ny, _] = ct.grid.dims().map(|d| d as usize);
+    for (at, value) in ct.hu.iter_mut().enumerate() {
+        let index = [at % nx, at / nx % ny, at / (nx * ny)].map(|i| i as f64);
+        let [x, y, z] = (affine * Point::<Voxel>::new(index[0], index[1], index[2])).mm();
+        // Blurred as the rest is, nearly: a logistic for the normal distribution.
+        let share = 1.0 / (1.0 + ((x.hypot(y) - 6.0) * 1.702 / 0.8).exp());
+        if z > 0.0 {
+            *value = (f64::from(*value) + (45.0 - f64::from(*value)) * share) as i16;
+        }
+    }
+    let bone = extract(&ct, &Options::of(Region::Number(1))).unwrap();
+    assert!(bone.lost.get(&Lost::Inner).is_some_and(|n| *n > 200), "{:?}", bone.lost);
+    let inner = bone.places.iter().filter(|p| {
+        let beside = p.mm[0].hypot(p.mm[1]);
+        let d = scene.body.distance(p.mm.into());
+        // The wall of the hole itself is a surface of this bone.
+        (d + 2.5).abs() < 0.8 && (p.mm[2] < 0.0 || beside > 8.0)
+    });
+    assert_eq!(inner.count(), 0);
+    assert!(bone.places.len() > 1000);
 }

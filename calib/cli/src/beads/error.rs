@@ -32,6 +32,11 @@ pub(crate) enum BeadsError {
     /// The volume was not read; the text says what and where.
     #[error("{0}")]
     Volume(Box<dyn std::error::Error + Send + Sync>),
+    #[error(
+        "{path} is not a CT but of the modality {modality}: its numbers are not HU, and neither bone nor metal is told by them; \
+         --accept-not-ct takes them as HU all the same"
+    )]
+    NotCt { path: PathBuf, modality: String },
     #[error("{path}: --spacing-mm is the generated patient's (`phantom`); a file has its own")]
     SpacingOfFile { path: PathBuf },
     #[error("finding beads in {path}: {refused}")]

@@ -34,6 +34,9 @@ pub struct BeadsFile {
     pub ct_hash: String,
     /// What was read.
     pub volume: VolumeRecord,
+    /// What is doubtful about it, a sentence each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// What was looked for.
     pub search: SearchRecord,
     /// The beads; a bead's number is its place here, from 1.
@@ -142,7 +145,7 @@ impl From<&Rejected> for RejectedRecord {
 }
 
 impl BeadsFile {
-    pub(super) fn new(path: &Path, volume: &Volume, search: &Search, found: &Found) -> Self {
+    pub(super) fn new((path, volume, warnings): (&Path, &Volume, Vec<String>), search: &Search, found: &Found) -> Self {
         let grid = &volume.0.grid;
         Self {
             format: BEADS_FORMAT.to_owned(),
@@ -159,6 +162,7 @@ impl BeadsFile {
                 dims: grid.dims(),
                 spacing_mm: grid.spacing_mm(),
             },
+            warnings,
             search: SearchRecord {
                 radius_mm: search.radius_mm,
                 metal_hu: search.metal_hu,

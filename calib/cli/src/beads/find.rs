@@ -9,7 +9,7 @@ use clap::Args;
 use super::error::BeadsError;
 use super::file::BeadsFile;
 use super::sheet;
-use super::volume::{LoadVolume, ReadArgs, Volume};
+use super::volume::{LoadVolume, ReadArgs, Volume, warned};
 use crate::commands::Outcome;
 use crate::store;
 use crate::text::shown;
@@ -66,6 +66,9 @@ pub(crate) struct BeadsArgs {
     /// Print the file as JSON and nothing else
     #[arg(long)]
     json: bool,
+    /// Take the numbers of another modality than CT as HU; the result's file says so
+    #[arg(long)]
+    accept_not_ct: bool,
     /// List every bright spot that is no bead
     #[arg(long)]
     all: bool,
@@ -79,13 +82,13 @@ impl BeadsArgs {
         for path in [&self.out, &self.png].into_iter().flatten() {
             store::check(path, self.overwrite)?;
         }
-        let volume = self.read.load(&self.volume, load)?;
+        let (volume, warnings) = self.read.load_ct(&self.volume, load, self.accept_not_ct)?;
         let search = self.search();
         let found = find(&volume, &search).map_err(|refused| BeadsError::Find {
             path: self.volume.clone(),
             refused: Box::new(refused),
         })?;
-        let file = BeadsFile::new(&self.volume, &volume, &search, &found);
+        let file = BeadsFile::new((&self.volume, &volume, warnings), &search, &found);
         let encoded = serde_json::to_string_pretty(&file)? + "\n";
         let mut text = self.report(&file, found.spots);
         if let Some(out) = &self.out {
@@ -179,8 +182,9 @@ fn heading(file: &BeadsFile, spots: usize) -> String {
         .search
         .clip_hu
         .map_or("not clipped".to_owned(), |hu| format!("clipped at {hu} HU"));
+    let warnings = warned(&file.warnings);
     format!(
-        "{}: {nx} x {ny} x {nz} voxels of {a:.4} x {b:.4} x {c:.4} mm, {clip}\nCT {}\n{} beads of {low:.2} to {high:.2} mm radius \
+        "{}: {nx} x {ny} x {nz} voxels of {a:.4} x {b:.4} x {c:.4} mm, {clip}\nCT {}\n{warnings}{} beads of {low:.2} to {high:.2} mm radius \
          among {spots} bright spots; at least {:.0} HU over their surroundings\n\n",
         shown(&file.volume.path),
         file.ct_hash,

@@ -10,6 +10,7 @@ use geometry::{Affine, VolumeGrid};
 use scene::VolumeSpec;
 use tempfile::TempDir;
 
+use crate::beads::Loaded;
 use crate::cli::{Cli, run};
 use crate::commands::Outcome;
 
@@ -23,8 +24,7 @@ const BEADS: [[f64; 3]; 4] = [
 
 /// Balls of 1 mm radius and 14 000 HU in water, as a Gaussian of the same mass and the same second moment: what a scanner of
 /// 0.6 mm blur shows of them but for some percent.
-#[allow(clippy::unnecessary_wraps, reason = "the signature is that of a loader")]
-fn volume(_: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>> {
+fn volume(spec: &VolumeSpec) -> Result<Loaded, Box<dyn std::error::Error + Send + Sync>> {
     let unit = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]]);
     let grid = VolumeGrid::checked([50, 50, 45], unit)?;
     let layout = Layout::choose(grid.dims())?;
@@ -41,13 +41,19 @@ fn volume(_: &VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Sen
             }
         }
     }
-    Ok(OwnedVolume {
-        grid,
-        layout,
-        voxels,
-        padding_hu: -1000,
-        hash: VolumeHash([7; 32]),
-        marks: Marks::NONE,
+    // By the file's name, as a series of another scanner.
+    let is_mr = matches!(&spec.source, scene::VolumeSource::File(file) if file.path.ends_with("mr"));
+    Ok(Loaded {
+        volume: OwnedVolume {
+            grid,
+            layout,
+            voxels,
+            padding_hu: -1000,
+            hash: VolumeHash([7; 32]),
+            marks: Marks::NONE,
+        },
+        modality: Some(if is_mr { "MR" } else { "CT" }.to_owned()),
+        warnings: vec!["slices are shifted against one another".to_owned()],
     })
 }
 
@@ -366,4 +372,20 @@ fn a_registration_of_pairs_says_of_which_ct_it_is() {
     );
     let both = calib(&format!("{line} --ct ct.mha --ct-hash ab")).unwrap_err();
     assert!(both.contains("cannot be used with"), "{both}");
+}
+
+#[test]
+fn beads_of_what_is_no_ct_are_refused_and_warnings_of_the_loader_are_told_and_written() {
+    let refused = calib("calib beads mr").unwrap_err();
+    assert!(refused.contains("not a CT") && refused.contains("MR"), "{refused}");
+    let told = calib("calib beads mr --accept-not-ct").unwrap().text;
+    assert!(
+        told.contains("warning: taken as a CT by --accept-not-ct") && told.contains("MR"),
+        "{told}"
+    );
+    let told = calib("calib beads ct.mha").unwrap().text;
+    assert!(told.contains("warning: slices are shifted"), "{told}");
+    let json = calib("calib beads ct.mha --json").unwrap().text;
+    let file: crate::BeadsFile = serde_json::from_str(&json).unwrap();
+    assert_eq!(file.warnings, ["slices are shifted against one another"]);
 }

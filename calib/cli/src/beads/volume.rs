@@ -10,10 +10,22 @@ use guidance::safety::LabelNames;
 use scene::{FileSpec, VolumeSource, VolumeSpec};
 
 use super::error::BeadsError;
+use crate::text::shown;
 use crate::values::Positive;
 
 /// Reads a volume from a file or a folder. Handed in by the binary, as this crate knows no formats of volumes.
-pub type LoadVolume = fn(&VolumeSpec) -> Result<OwnedVolume, Box<dyn std::error::Error + Send + Sync>>;
+pub type LoadVolume = fn(&VolumeSpec) -> Result<Loaded, Box<dyn std::error::Error + Send + Sync>>;
+
+/// A volume, and what was told of it.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The voxels.
+    pub volume: OwnedVolume,
+    /// The kind of scanner by DICOM's word; `None` where the file does not say.
+    pub modality: Option<String>,
+    /// What is doubtful about it, a sentence each.
+    pub warnings: Vec<String>,
+}
 
 /// How the CT is to be read where its files leave a choice.
 #[derive(Debug, Clone, Args)]
@@ -35,6 +47,14 @@ pub type LoadLabels = fn(&Path, &VolumeSpec) -> Result<LabelMap, Box<dyn std::er
 /// Reads the names that a label map comes with. Handed in as [`LoadVolume`] is.
 pub type ReadLabelNames = fn(&Path) -> Result<LabelNames, Box<dyn std::error::Error + Send + Sync>>;
 
+/// Warnings as lines.
+pub(crate) fn warned(warnings: &[String]) -> String {
+    warnings
+        .iter()
+        .map(|warning| format!("warning: {}\n", shown(warning)))
+        .collect()
+}
+
 /// A volume in memory.
 pub(crate) struct Volume(pub(crate) OwnedVolume);
 
@@ -45,7 +65,32 @@ impl ReadArgs {
     }
 
     pub(crate) fn load(&self, path: &Path, load: LoadVolume) -> Result<Volume, BeadsError> {
-        load(&self.spec(path)?).map(Volume).map_err(BeadsError::Volume)
+        let loaded = load(&self.spec(path)?).map_err(BeadsError::Volume)?;
+        Ok(Volume(loaded.volume))
+    }
+
+    /// The same of what must be a CT, with what is doubtful about it: its numbers are taken as HU.
+    pub(crate) fn load_ct(
+        &self,
+        path: &Path,
+        load: LoadVolume,
+        accepts_other: bool,
+    ) -> Result<(Volume, Vec<String>), BeadsError> {
+        let loaded = load(&self.spec(path)?).map_err(BeadsError::Volume)?;
+        let mut warnings = loaded.warnings;
+        match loaded.modality {
+            Some(modality) if modality != "CT" && !accepts_other => {
+                return Err(BeadsError::NotCt {
+                    path: path.to_owned(),
+                    modality,
+                });
+            }
+            Some(modality) if modality != "CT" => warnings.push(format!(
+                "taken as a CT by --accept-not-ct, though it is of the modality {modality}"
+            )),
+            _ => {}
+        }
+        Ok((Volume(loaded.volume), warnings))
     }
 
     /// What is to be read of a file, a folder, or `phantom`.

@@ -34,6 +34,9 @@ pub struct BoneFile {
     pub ct_hash: String,
     /// What was read.
     pub volume: VolumeRecord,
+    /// What is doubtful about it, a sentence each.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// The name of the surface's file, which lies beside this one; `null` where none was written.
     pub surface_file: Option<String>,
     /// BLAKE3 of the surface's bytes: as PLY where none was written.
@@ -113,7 +116,7 @@ pub struct LostRecord {
 impl BoneFile {
     pub(super) fn new(
         args: &BoneArgs,
-        volume: &Volume,
+        (volume, warnings): (&Volume, Vec<String>),
         labelled: Option<&Labelled>,
         bone: &Bone,
         (surface_file, surface): (Option<String>, &[u8]),
@@ -140,6 +143,7 @@ impl BoneFile {
                 dims: grid.dims(),
                 spacing_mm: grid.spacing_mm(),
             },
+            warnings,
             surface_file,
             surface_blake3: blake3::hash(surface).to_string(),
             surface_sigma_mm: bone.deviation_rms_mm(),

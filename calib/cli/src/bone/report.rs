@@ -7,7 +7,7 @@ use bone::{Bone, Component, Refused};
 
 use super::BoneFile;
 use super::in_words;
-use crate::beads::Volume;
+use crate::beads::{Volume, warned};
 use crate::text::shown;
 
 /// The bodies that could be meant, where it was not said which.
@@ -45,9 +45,10 @@ pub(super) fn report(path: &Path, volume: &Volume, bone: &Bone, file: &BoneFile)
     let [nx, ny, nz] = volume.0.grid.dims();
     let [a, b, c] = volume.0.grid.spacing_mm();
     let mut text = format!(
-        "{}: {nx} x {ny} x {nz} voxels of {a:.3} x {b:.3} x {c:.3} mm\nCT {}\n{}\n",
+        "{}: {nx} x {ny} x {nz} voxels of {a:.3} x {b:.3} x {c:.3} mm\nCT {}\n{}{}\n",
         shown(&path.to_string_lossy()),
         file.ct_hash,
+        warned(&file.warnings),
         file.region
     );
     let _ = writeln!(

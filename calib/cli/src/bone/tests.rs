@@ -12,6 +12,7 @@ use scene::VolumeSpec;
 use tempfile::TempDir;
 
 use super::BoneFile;
+use crate::beads::Loaded;
 use crate::cli::{Cli, Hands, carry_out};
 use crate::commands::Outcome;
 use crate::live::FollowMarkers;
@@ -58,8 +59,14 @@ fn filled(steps: f64, value: impl Fn([f64; 3]) -> f64) -> Read<OwnedVolume> {
     })
 }
 
-fn ct(_: &VolumeSpec) -> Read<OwnedVolume> {
-    filled(2.0, hu)
+fn ct(spec: &VolumeSpec) -> Read<Loaded> {
+    // By the file's name, as a series of another scanner.
+    let is_mr = matches!(&spec.source, scene::VolumeSource::File(file) if file.path.ends_with("mr"));
+    Ok(Loaded {
+        volume: filled(2.0, hu)?,
+        modality: is_mr.then(|| "MR".to_owned()),
+        warnings: vec!["slices are shifted against one another".to_owned()],
+    })
 }
 
 /// Label 3 is the small ball, 5 the large one; of `other.nii` on another grid.
@@ -190,4 +197,22 @@ fn what_is_not_said_or_cannot_be_is_refused_with_words() {
         let error = calib(line).map(|told| told.text).unwrap_err();
         assert!(error.contains(words), "{line}: {error}");
     }
+}
+
+#[test]
+fn bone_of_what_is_no_ct_is_refused_and_warnings_of_the_loader_are_told_and_written() {
+    let refused = calib("calib bone mr --seed 60,30,38").unwrap_err();
+    assert!(refused.contains("not a CT") && refused.contains("MR"), "{refused}");
+    let json = calib("calib bone mr --seed 60,30,38 --accept-not-ct --json")
+        .unwrap()
+        .text;
+    let file: BoneFile = serde_json::from_str(&json).unwrap();
+    assert_eq!(file.warnings.len(), 2);
+    assert!(
+        file.warnings[1].contains("--accept-not-ct") && file.warnings[1].contains("MR"),
+        "{:?}",
+        file.warnings
+    );
+    let told = calib("calib bone ct.mha --seed 60,30,38").unwrap().text;
+    assert!(told.contains("warning: slices are shifted"), "{told}");
 }
