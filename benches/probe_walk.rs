@@ -90,7 +90,7 @@ fn walk(seed: u64, images: usize, pictures: Option<&str>) -> Walk {
     let count = targets.len() as f64;
     let predicted = targets.iter().map(|target| found.predicted_tre_mm(*target).powi(2));
     let refusals = Limits::default().judge(&found, &targets);
-    let turned = register(&surface, &field, &swept.mirrored, &Start::Nothing, &options).unwrap();
+    let turned = register(&surface, &field, &swept.mirrored, &Start::Nothing, &options);
     let off = |found: &SurfaceRegistration<Ct, Tracker>| {
         let each = targets.iter().map(|target| {
             let there = swept.tracker_from_ct * *target;
@@ -98,13 +98,21 @@ fn walk(seed: u64, images: usize, pictures: Option<&str>) -> Walk {
         });
         (each.sum::<f64>() / targets.len() as f64).sqrt()
     };
-    let mirrored = Mirrored {
-        margin: turned.cost - found.cost,
-        tre_mm: off(&turned),
-        refused: Limits::default()
-            .judge(&turned, &targets)
-            .first()
-            .map(ToString::to_string),
+    let mirrored = match turned {
+        Ok(turned) => Mirrored {
+            margin: turned.cost - found.cost,
+            tre_mm: off(&turned),
+            refused: Limits::default()
+                .judge(&turned, &targets)
+                .first()
+                .map(ToString::to_string),
+        },
+        // Most of its points lie beyond the CT's end wherever it is put.
+        Err(why) => Mirrored {
+            margin: f64::INFINITY,
+            tre_mm: f64::INFINITY,
+            refused: Some(why.to_string()),
+        },
     };
     Walk {
         tre_mm: off(&found),
