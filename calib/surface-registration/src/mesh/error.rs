@@ -56,7 +56,8 @@ pub enum SurfaceError {
     },
     /// Corners go clockwise seen from outside.
     #[error(
-        "a part of {triangles} triangles is inside out: it encloses {volume_ml:.3} ml; turn the order of its corners round"
+        "a part of {triangles} triangles is inside out: it encloses {volume_ml:.3} ml. It is the wall of a cavity \
+         that is open somewhere, to be left out, or the order of its corners is to be turned round"
     )]
     InsideOut {
         /// Triangles of the part.
