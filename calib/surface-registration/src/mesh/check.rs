@@ -20,6 +20,8 @@ pub(super) struct Checked {
 const SHEET: f64 = 0.003;
 /// At most so many parts are looked into for others: the largest.
 const MOST_CONTAINERS: usize = 64;
+/// So many corners of a part tell whether it lies in another, by most of them: where both are open the border of the inner one may reach out.
+const ASKED: usize = 9;
 
 /// One connected part.
 struct Part {
@@ -231,13 +233,19 @@ fn caps(corners: &[Vector3<f64>], borders: &[Border]) -> (Vec<[Vector3<f64>; 3]>
 
 /// Parts that lie in none of the others, and those that do.
 fn without_inner(corners: &[Vector3<f64>], parts: Vec<Part>) -> (Vec<Part>, Vec<Part>) {
+    let holds = |container: &Part, p: &Vector3<f64>| {
+        let within = (0..3).all(|k| container.bounds[0][k] <= p[k] && p[k] <= container.bounds[1][k]);
+        let triangles = container.triangles.iter().map(|t| t.map(|c| corners[c as usize]));
+        within && winding(triangles.chain(container.caps.iter().copied()), p).abs() > 0.5
+    };
     let is_inner = |i: usize| {
-        let p = corners[parts[i].triangles[0][0] as usize];
-        parts.iter().enumerate().take(MOST_CONTAINERS).any(|(j, container)| {
-            let within = (0..3).all(|k| container.bounds[0][k] <= p[k] && p[k] <= container.bounds[1][k]);
-            let triangles = container.triangles.iter().map(|t| t.map(|c| corners[c as usize]));
-            // Larger ones only: of two that touch, one is the bone.
-            j < i && within && winding(triangles.chain(container.caps.iter().copied()), &p).abs() > 0.5
+        let triangles = &parts[i].triangles;
+        let asked = triangles.iter().step_by(triangles.len().div_ceil(ASKED));
+        let places: Vec<_> = asked.map(|t| corners[t[0] as usize]).collect();
+        // Larger ones only: of two that touch, one is the bone.
+        parts[..i.min(MOST_CONTAINERS)].iter().any(|container| {
+            let held = places.iter().filter(|p| holds(container, p)).count();
+            2 * held > places.len()
         })
     };
     let inner: Vec<bool> = (0..parts.len()).map(is_inner).collect();

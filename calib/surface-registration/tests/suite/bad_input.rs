@@ -83,6 +83,29 @@ fn a_shell_inside_a_shell_is_left_out() {
     }
 }
 
+/// Of a bone that is cut open the wall of its marrow may reach out over the outer one's border. One corner alone told whether it is inside: with
+/// one out there the file was refused as inside out.
+#[test]
+fn an_inner_wall_that_reaches_out_of_an_open_shell_is_left_out() {
+    let below = |(corners, mut triangles): (Vec<[f64; 3]>, Vec<[u32; 3]>), z: f64| {
+        triangles.retain(|t: &[u32; 3]| t.iter().all(|c| corners[*c as usize][2] <= z));
+        (corners, triangles)
+    };
+    let (mut corners, mut triangles) = below(shapes::ball(40.0, 16), 15.0);
+    let (outer, first) = (triangles.len(), corners.len() as u32);
+    let mut inner = below(shapes::ball(30.0, 12), 25.0);
+    // From the border down.
+    inner
+        .1
+        .sort_by(|a, b| inner.0[b[0] as usize][2].total_cmp(&inner.0[a[0] as usize][2]));
+    assert!(inner.0[inner.1[0][0] as usize][2] > 15.0);
+    corners.extend(&inner.0);
+    triangles.extend(inner.1.iter().map(|[a, b, c]| [a + first, c + first, b + first]));
+    let found = Surface::<Ct>::new(&corners, &triangles).unwrap();
+    assert_eq!((found.facts().parts, found.facts().inner_parts), (1, 1));
+    assert!(found.facts().triangles <= outer);
+}
+
 /// Files of loose triangles name each corner anew.
 #[test]
 fn loose_triangles_are_one_surface() {
