@@ -160,9 +160,10 @@ impl<E: Number> Workers<E> {
                     negative += results.next().unwrap_or(Ok(0))?;
                     let run = runs.next().filter(|_| negative < most);
                     // In the order of the parts: what is left lies as one thread would have left it, and so are all sums. What a run that
-                    // ended early left stays its own memory: taken from it each time, memory grew with each matrix that is not definite.
+                    // ended early left stays its own memory, and only one that gave gets some in return: memory grew each time otherwise.
                     if let Some(run) = run {
                         self.main.left.append(&mut run.left);
+                        run.spare.extend(self.main.spare.pop());
                     }
                 }
                 // Fronts above the runs are few and large: threads share the products within them instead.
@@ -190,11 +191,7 @@ impl<E: Number> Workers<E> {
         threads: usize,
     ) -> Vec<Result<usize, Failed>> {
         self.runs.resize_with(runs.len(), Worker::default);
-        for worker in &mut self.runs {
-            worker.clear();
-            // What a run leaves goes to the fronts above with its memory: some of that comes back.
-            worker.spare.extend(self.main.spare.pop());
-        }
+        self.runs.iter_mut().for_each(Worker::clear);
         // The fronts above have no more at once than runs leave; a run may leave more than it is given back.
         self.main.spare.truncate(self.runs.len());
         let mut results = vec![Ok(0); runs.len()];
