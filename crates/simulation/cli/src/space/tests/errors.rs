@@ -258,14 +258,7 @@ fn a_number_whose_state_is_not_found_leaves_its_part_not_known() {
 }
 
 /// By the implicit function theorem at one state, and by the states that are found again: one ellipse.
-#[test]
-fn one_state_that_gives_way_has_the_ellipse_of_those_that_are_found_again() {
-    let text = scene(&[
-        BATH_ALONE,
-        ("young = 0.01", "young = 0.01\nyoung_spread = 0.05"),
-        ("poisson = 0.45", "poisson = 0.4\npoisson_spread = 0.01"),
-        ("young = 1e-3", "young = 0.02\nyoung_spread = 0.05"),
-    ]);
+fn compare_with_states_that_are_found_again(text: String) {
     let (json, _) = found(text.clone());
     let (space, _folder) = space(text);
     let model = Model::without_tube(&space.plan, &space.labels).unwrap();
@@ -306,6 +299,22 @@ fn one_state_that_gives_way_has_the_ellipse_of_those_that_are_found_again() {
         );
         // Passes end at 1 % of a change, 2 % of a square; states a twentieth up and down leave its square, some 0.3 %, and points of contact that
         // come and go the rest.
-        assert!((sum - again).norm() < 0.05 * again.norm(), "{sum}{again}");
+        assert!((sum - again).norm() < 0.03 * again.norm(), "{sum}{again}");
     }
+}
+
+/// Without anything fixed, and with a part of the ball held.
+#[test]
+fn one_state_that_gives_way_has_the_ellipse_of_those_that_are_found_again() {
+    compare_with_states_that_are_found_again(scene(&[
+        BATH_ALONE,
+        ("young = 0.01", "young = 0.01\nyoung_spread = 0.05"),
+        ("poisson = 0.45", "poisson = 0.4\npoisson_spread = 0.01"),
+        ("young = 1e-3", "young = 0.02\nyoung_spread = 0.05"),
+    ]));
+    compare_with_states_that_are_found_again(scene(&[
+        ("young = 0.01", "young = 0.01\nyoung_spread = 0.05"),
+        ("poisson = 0.45", "poisson = 0.45\npoisson_spread = 0.01"),
+        ("young = 1e-3", "young = 1e-3\nyoung_spread = 0.05"),
+    ]));
 }
