@@ -6,11 +6,13 @@
 mod deformable;
 mod determinant;
 mod global;
+mod particles;
 mod sums;
 
 pub use crate::solid::NotMixed;
 pub use deformable::Deformable;
 pub use global::{Global, NoBlock};
+pub use particles::{NoParticles, Particle, Particles};
 
 use nalgebra::{Rotation3, Vector3};
 
@@ -139,4 +141,21 @@ fn rotated(a: &mut [f64], places: &[Vector3<f64>], by: &Rotation3<f64>, centre: 
         let more = turn * (reference + Vector3::new(u[0], u[1], u[2]) - centre);
         (0..3).for_each(|k| u[k] += more[k]);
     }
+}
+
+/// The largest factor by which a length along the surface is stretched at a point of it, from its normal and the slopes of what moves it.
+fn stretched(normal: &Vector3<f64>, slopes: impl IntoIterator<Item = (u32, Vector3<f64>)>, a: &[f64]) -> f64 {
+    let along = normal.cross(&Vector3::ith(normal.iamin(), 1.0));
+    // A normal is of length 1: so is neither of the two of length 0.
+    let along = along / along.norm();
+    let mut ways = [along, normal.cross(&along)];
+    let at_rest = ways;
+    for (node, slope) in slopes {
+        let moved = Vector3::from_fn(|k, _| a[3 * node as usize + k]);
+        (0..2).for_each(|k| ways[k] += moved * slope.dot(&at_rest[k]));
+    }
+    let [one, other] = ways.map(|way| way.norm_squared());
+    // The larger eigenvalue of the 2 x 2 matrix of their products.
+    let (mean, half) = (0.5 * (one + other), 0.5 * (one - other));
+    (mean + half.hypot(ways[0].dot(&ways[1]))).sqrt()
 }

@@ -15,6 +15,7 @@ mod labels;
 mod locking;
 mod manufactured;
 mod meshes;
+mod particles;
 mod push;
 mod refusals;
 mod rules;

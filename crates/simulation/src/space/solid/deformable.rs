@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::sums::{Sums, taken};
-use super::{Inner, Solid, determinant, rotated};
+use super::{Inner, Solid, determinant, rotated, stretched};
 use crate::solid::NotMixed;
 use crate::space::cells::{Mesh, Share};
 use crate::space::law::Material;
@@ -208,19 +208,7 @@ impl Solid for Deformable {
 
     fn stretch(&self, a: &[f64], point: usize) -> f64 {
         let point = &self.mesh.surface[point];
-        let along = point.normal.cross(&Vector3::ith(point.normal.iamin(), 1.0));
-        // A normal is of length 1: so is neither of the two of length 0.
-        let along = along / along.norm();
-        let mut ways = [along, point.normal.cross(&along)];
-        let at_rest = ways;
-        for (node, slope) in self.mesh.surface_slopes(point) {
-            let moved = Vector3::from_fn(|k, _| a[3 * node as usize + k]);
-            (0..2).for_each(|k| ways[k] += moved * slope.dot(&at_rest[k]));
-        }
-        let [one, other] = ways.map(|way| way.norm_squared());
-        // The larger eigenvalue of the 2 x 2 matrix of their products.
-        let (mean, half) = (0.5 * (one + other), 0.5 * (one - other));
-        (mean + half.hypot(ways[0].dot(&ways[1]))).sqrt()
+        stretched(&point.normal, self.mesh.surface_slopes(point), a)
     }
 
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {
