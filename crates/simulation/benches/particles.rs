@@ -138,7 +138,7 @@ fn moves(found: &Found) -> Vec<(bool, Vector3<f64>)> {
 
 /// By the finest mesh: a quarter, its planes of symmetry held.
 fn reference() -> Vec<(bool, Vector3<f64>)> {
-    let mesh = mesh([0.0; 3], 12.5, &[60.0, 30.0, 16.0]);
+    let mesh = mesh([0.0; 3], 12.5, &[45.0, 22.0]);
     let held: Vec<usize> = (0..2)
         .flat_map(|k| mesh.nodes_where(|x| x[k] < 1e-9).into_iter().map(move |n| 3 * n + k))
         .collect();

@@ -54,9 +54,9 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     fn least_determinant(&self, a: &[f64]) -> f64;
 
     /// True where the determinant of the deformation gradient is proved to be above zero, between the points looked at too, in all parts of it for which
-    /// `near(where their middle is, their side)` holds; solids without parts have nothing to prove.
+    /// `near(where their middle is, their side)` holds. By default nothing is proved.
     fn is_upright(&self, _a: &[f64], _near: &dyn Fn(&Vector3<f64>, f64) -> bool) -> bool {
-        true
+        false
     }
 
     /// A scale of the stiffness of its parameters, force by length as their second derivatives have; zero where it has none.

@@ -4,10 +4,12 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use simulation::law::Law;
 use simulation::space::cells::{Ball, Mesh, Settings};
 use simulation::space::equilibrium::{Tolerance, settle};
+use simulation::space::frames::{self, Frames, State};
 use simulation::space::law::Material;
 use simulation::space::solid::{NoParticles, Particle, Particles, Solid};
 use simulation::space::system::System;
 use simulation::space::term::{ObstacleContact, Springs};
+use simulation::space::tube::Tube;
 use simulation::sparse::Triplets;
 
 use crate::contact::obstacle::{below, newton, surface};
@@ -189,6 +191,30 @@ fn a_uniform_strain_is_found_the_nearer_the_smaller_the_cubes() {
         off[0] < 0.03 && off[1] < off[0] / 4.0 && off[2] < off[1] / 4.0,
         "{off:?}"
     );
+}
+
+/// What nobody proves to be upright between the points looked at is never told as settled.
+#[test]
+fn frames_of_particles_are_approximate() {
+    let (ball, mesh, particles) = ball();
+    let solid = Particles::new(&mesh, material(), Vector3::zeros(), &particles).unwrap();
+    let mut system = System::new();
+    let body = system.add(solid);
+    let bath = Springs::new(&system.bodies, body, |_, _| 0.01, |x| *x);
+    system.others.push(Box::new(bath));
+    let tip = |depth: f64| ball.centre + Vector3::z() * (ball.radius + 8.0 - depth);
+    let tube = Tube::straight(tip(-1.0).into(), Vector3::z(), 100.0, 8.0).unwrap();
+    let a = system.initial();
+    let mut frames = Frames::new(system, a, body, tube, frames::Settings::default(), |_, n| n.z > 0.0).unwrap();
+    let mut pose = *frames.tube().pose();
+    let mut pressed = false;
+    for _ in 0..6 {
+        pose.translation.z -= 0.5;
+        let frame = frames.frame(&pose);
+        assert!(!matches!(frame.state, State::Settled), "{frame:?}");
+        pressed |= frame.force.force.z > 0.0;
+    }
+    assert!(pressed);
 }
 
 #[test]

@@ -283,18 +283,13 @@ impl Solid for Particles {
         forces.iter_mut().zip(&self.weights).for_each(|(f, w)| *f += w);
     }
 
-    /// At the points of the mesh: nothing is known between them.
+    /// At the points of the mesh: nothing is proved between them, as shares are no polynomials that could be bounded.
     fn least_determinant(&self, a: &[f64]) -> f64 {
         let mut u = Vec::new();
         let each = self.parts.iter();
         let each = each.map(|part| part.table.least_determinant(taken(&part.vectors, a, &mut u)));
         // What is no number stays.
         each.fold(f64::INFINITY, |a, b| if a.is_nan() || b >= a { a } else { b })
-    }
-
-    /// Nothing is proved: shares are no polynomials that could be bounded.
-    fn is_upright(&self, _a: &[f64], _near: &dyn Fn(&Vector3<f64>, f64) -> bool) -> bool {
-        false
     }
 
     fn stiffness_scale(&self) -> f64 {
