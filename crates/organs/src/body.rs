@@ -1,12 +1,12 @@
 //! An organ of a model: its label's region and the mesh over it.
 
 use nalgebra::Vector3;
-use simulation::space::cells::{Facts, LabelField, Mesh, NoMesh, NoRegion};
+use simulation::space::cells::{Facts, Field, LabelField, Mesh, NoMesh, NoRegion, Smoothing};
 use simulation::space::error::halved;
 
 use super::labels::Labels;
-use super::plan::Organ;
-use super::way::Way;
+use super::plan::{Organ, Plan};
+use super::way::{POINTS, Way};
 use crate::numbers::{Checked, invalid};
 
 /// An organ in the model.
@@ -22,12 +22,17 @@ pub struct Body {
     pub mesh: Mesh,
     /// What was found of the label.
     pub facts: Facts,
+    /// The region with its holes filled, where it has some that are open, and how far beside a surface it is asked, mm.
+    filled: Option<(LabelField, f64)>,
+    /// The smallest ball that fits behind what it has contact with, mm: of its radius points must be near enough to one another.
+    ball: Option<f64>,
 }
 
 impl Body {
     /// # Errors
     /// [`scene::Invalid`] where the label gives no region or its cubes no mesh.
-    pub(crate) fn new(k: usize, organ: &Organ, labels: &Labels, way: &Way) -> Checked<Self> {
+    pub(crate) fn new(k: usize, plan: &Plan, labels: &Labels, way: &Way) -> Checked<Self> {
+        let organ = &plan.organs[k];
         let key = |last: &str| format!("organs.{k}.{last}");
         let field = LabelField::new(&labels.map(), organ.label, &organ.smoothing).map_err(|why| match why {
             NoRegion::Smoothing { .. } | NoRegion::Lost { .. } => invalid(key("smoothing"), why, "less of it"),
@@ -43,14 +48,24 @@ impl Body {
         };
         let mesh = Mesh::new(&field, field.corners, settings, &refine);
         let mut mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
-        mesh.lay_points(&field, settings.depth, |low, high| way.spacing([low, high], last));
+        let ball = ball(k, plan);
+        let spacing = |low: &Vector3<f64>, high: &Vector3<f64>| spacing(way, last, ball, [low, high]);
+        mesh.lay_points(&field, settings.depth, spacing);
         Ok(Self {
+            ball,
+            filled: filled(organ, labels, &field),
             name: organ.name.clone(),
             label: organ.label,
             facts: field.facts,
             field,
             mesh,
         })
+    }
+
+    /// Whether a point of the surface, with its normal, is of the wall of a hole that the organ encloses.
+    pub fn faces_hole(&self, at: &Vector3<f64>, normal: &Vector3<f64>) -> bool {
+        let filled = self.filled.as_ref();
+        filled.is_some_and(|(filled, beside)| filled.value(&(at + normal * *beside)) < 0.0)
     }
 
     /// The same organ in cubes half as large.
@@ -60,11 +75,39 @@ impl Body {
     pub(crate) fn halved(&self, organ: &Organ, way: &Way) -> Result<Self, NoMesh> {
         let (field, settings) = (&self.field, &organ.settings);
         let mut mesh = halved(&self.mesh, field, field.corners, settings, None)?;
-        // As near to one another as on the mesh that it is held against: what changes is the cubes alone.
-        let last = way.last(field);
-        mesh.lay_points(field, settings.depth, |low, high| way.spacing([low, high], last));
+        let (last, ball) = (way.last(field), self.ball);
+        // Where cubes set how near points are, these are nearer too: what points leave out shows as an error of the mesh.
+        mesh.lay_points(field, settings.depth, |low, high| spacing(way, last, ball, [low, high]));
         Ok(Self { mesh, ..self.clone() })
     }
+}
+
+/// The region of an organ with holes that are left open, as if they were filled; `None` without any, or where it cannot be smoothed so.
+fn filled(organ: &Organ, labels: &Labels, field: &LabelField) -> Option<(LabelField, f64)> {
+    if field.facts.holes == 0 || field.facts.filled {
+        return None;
+    }
+    let smoothing = Smoothing {
+        fill_holes: true,
+        ..organ.smoothing
+    };
+    let filled = LabelField::new(&labels.map(), organ.label, &smoothing).ok()?;
+    Some((filled, labels.spacing.min()))
+}
+
+/// Of all that an organ may come to be pressed against.
+fn ball(organ: usize, plan: &Plan) -> Option<f64> {
+    let own = plan.contacts.iter().filter(|contact| contact.organ == organ);
+    own.map(|contact| contact.ball).reduce(f64::min)
+}
+
+/// How far from one another points of a cube's surface may be, mm: for the tube, and for what is rigid, wherever that may be.
+fn spacing(way: &Way, last: f64, ball: Option<f64>, [low, high]: [&Vector3<f64>; 2]) -> Option<f64> {
+    let at_tube = way.spacing([low, high], last);
+    let most = (high.x - low.x) / POINTS;
+    // No place is farther from one than half of a ball's radius, where the surface is stretched by two.
+    let at_rigid = ball.map(|ball| most.min(0.5 * ball));
+    at_tube.into_iter().chain(at_rigid).reduce(f64::min)
 }
 
 /// The displacement that nodes give a place, mm: `row` is of their numbers, with weights, and `part` the unknowns of their organ,

@@ -1,7 +1,4 @@
 //! What holds the organs: fixed nodes, ties to what is rigid, and the soft bath around the rest.
-//!
-//! Sliding contact with bone or between organs would be made here from a table of its own, for `System::obstacles` and
-//! `System::organs`.
 
 use nalgebra::Vector3;
 use simulation::space::system::System;
@@ -99,7 +96,10 @@ pub(crate) fn all(
             let ties: Vec<&Attachment> = plan.attachments.iter().filter(|a| a.organ == number).collect();
             let of: Vec<Vec<u16>> = ties.iter().map(|tie| labels_of(plan, tie)).collect();
             let tied = |x: &Vector3<f64>| ties.iter().zip(&of).any(|(tie, of)| labels.is_near(x, tie.within, of));
-            let around = |x: &Vector3<f64>| way.off_axis(x, free) >= bath.corridor && !tied(x);
+            // What a hole holds is not what is around the organ: springs there would stiffen one that is hollow.
+            let around = |x: &Vector3<f64>, normal: &Vector3<f64>| {
+                way.off_axis(x, free) >= bath.corridor && !tied(x) && !body.faces_hole(x, normal)
+            };
             if let Some(how) = springs_at(number, bath.stiffness, body, system, &mut springs, &around) {
                 let by = format!(
                     "the bath around it, but for {} mm about the tube's way to it",
@@ -146,7 +146,7 @@ fn attached(
     let near = |x: &Vector3<f64>| labels.is_near(x, one.within, &of);
     let how = match one.stiffness {
         None => nodes(one.organ, body, system, &near),
-        Some(stiffness) => springs_at(one.organ, stiffness, body, system, springs, &near),
+        Some(stiffness) => springs_at(one.organ, stiffness, body, system, springs, &|x, _| near(x)),
     };
     let names: Vec<&str> = one.to.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
     let names = names.join(", ");
@@ -189,14 +189,14 @@ fn springs_at(
     body: &Body,
     system: &mut System,
     springs: &mut Vec<Springs>,
-    wanted: &dyn Fn(&Vector3<f64>) -> bool,
+    wanted: &dyn Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
 ) -> Option<How> {
-    let each = |x: &Vector3<f64>, _: &Vector3<f64>| if wanted(x) { stiffness } else { 0.0 };
+    let each = |x: &Vector3<f64>, n: &Vector3<f64>| if wanted(x, n) { stiffness } else { 0.0 };
     let bed = Springs::new(&system.bodies, organ, each, |x| *x);
     if bed.is_empty() {
         return None;
     }
-    let at = body.mesh.surface.iter().filter(|p| wanted(&p.at));
+    let at = body.mesh.surface.iter().filter(|p| wanted(&p.at, &p.normal));
     let how = How::Springs {
         number: springs.len(),
         points: bed.len(),

@@ -137,6 +137,46 @@ impl Labels {
         self.labels[(k * self.size[1] + j) * self.size[0] + i]
     }
 
+    /// Voxels about a box, from the first to before the last along each axis.
+    fn range(&self, [low, high]: [&Vector3<f64>; 2]) -> [std::ops::Range<usize>; 3] {
+        [0, 1, 2].map(|k| {
+            let last = self.size[k] as f64;
+            let ends = [
+                (low[k] / self.spacing[k]).floor(),
+                (high[k] / self.spacing[k]).ceil() + 1.0,
+            ];
+            let [first, end] = ends.map(|at| at.clamp(0.0, last) as usize);
+            first..end.max(first)
+        })
+    }
+
+    /// Calls `visit` with the middle and the label of each voxel about a box of the map's axes, x fastest.
+    pub fn each(&self, corners: [&Vector3<f64>; 2], visit: &mut dyn FnMut(Vector3<f64>, u16)) {
+        let [xs, ys, zs] = self.range(corners);
+        for z in zs {
+            for y in ys.clone() {
+                for x in xs.clone() {
+                    let at = Vector3::new(x as f64, y as f64, z as f64).component_mul(&self.spacing);
+                    visit(at, self.voxel([x, y, z]));
+                }
+            }
+        }
+    }
+
+    /// The part of the map about a box, with 1 in the place of some labels and 0 of all others: the map without its labels, and these.
+    pub(crate) fn around(&self, corners: [&Vector3<f64>; 2], of: &[u16]) -> (LabelMap<'static>, Vec<u16>) {
+        let range = self.range(corners);
+        let mut voxels = Vec::new();
+        self.each(corners, &mut |_, label| voxels.push(u16::from(of.contains(&label))));
+        let map = LabelMap {
+            size: range.clone().map(|range| range.len()),
+            origin: Vector3::from(range.map(|range| range.start as f64)).component_mul(&self.spacing),
+            spacing: self.spacing,
+            labels: &[],
+        };
+        (map, voxels)
+    }
+
     /// All labels of the map but 0, each once, in their order.
     pub fn all(&self) -> Vec<u16> {
         let mut is_there = vec![false; 1 << 16];

@@ -1,6 +1,7 @@
 //! The model that a scene and its label map describe: organs, what holds them, and the tube at its first touch.
 
 mod bounds;
+mod obstacle;
 
 use nalgebra::Vector3;
 use simulation::space::cells::Field;
@@ -15,6 +16,7 @@ use super::plan::{Organ, Plan};
 use super::target::{self, Target};
 use super::way::Way;
 use crate::numbers::{Checked, invalid};
+pub use obstacle::Obstacle;
 
 /// The contact's stiffness beside Young's modulus over the side of the smallest cubes: it sets how fast pressures converge.
 const CONTACT: f64 = 60.0;
@@ -32,6 +34,8 @@ pub struct Model {
     pub held: Vec<Held>,
     /// What holds by springs, in no order: [`Held`] says which.
     pub springs: Vec<Springs>,
+    /// What is rigid and keeps organs out, in the order of the plan's contacts and of the system's obstacles.
+    pub obstacles: Vec<Obstacle>,
     /// The tube's.
     pub way: Way,
     /// How far the tip goes from the entry until it touches, mm.
@@ -66,13 +70,16 @@ impl Model {
         present(plan, labels)?;
         bounds::expected(plan, labels)?;
         let (mut bodies, mut unknowns) = (Vec::new(), 0);
-        for (k, organ) in plan.organs.iter().enumerate() {
-            let body = Body::new(k, organ, labels, &way)?;
+        for k in 0..plan.organs.len() {
+            let body = Body::new(k, plan, labels, &way)?;
             unknowns += body.mesh.unknowns();
             bounds::most(k, unknowns)?;
             bodies.push(body);
         }
-        let mut model = Self::assembled(plan, labels, way, bodies, None)?;
+        let contacts = plan.contacts.iter().enumerate();
+        let obstacles = contacts.map(|(k, one)| Obstacle::new(k, one, plan, labels, &bodies[one.organ], way.stroke));
+        let obstacles = obstacles.collect::<Checked<_>>()?;
+        let mut model = Self::assembled(plan, labels, (way, None), bodies, obstacles)?;
         model.targets = target::all(plan, labels, &model.bodies)?;
         model.overlaps = hold::overlaps(plan, labels, &model.bodies);
         model.fine_enough(&model.contacts(plan)?)?;
@@ -80,7 +87,13 @@ impl Model {
     }
 
     /// Organs of these meshes with what holds them, without the tube, which first touches after `free` where that is known.
-    fn assembled(plan: &Plan, labels: &Labels, way: Way, bodies: Vec<Body>, free: Option<f64>) -> Checked<Self> {
+    fn assembled(
+        plan: &Plan,
+        labels: &Labels,
+        (way, free): (Way, Option<f64>),
+        bodies: Vec<Body>,
+        obstacles: Vec<Obstacle>,
+    ) -> Checked<Self> {
         let mut system = System::new();
         for (k, (body, organ)) in bodies.iter().zip(&plan.organs).enumerate() {
             let solid = Deformable::new(body.mesh.clone(), organ.material, Vector3::zeros());
@@ -93,11 +106,18 @@ impl Model {
             None => first_touch(&way, &bodies, &system)?,
         };
         let (held, springs) = hold::all(plan, labels, (&way, free), &bodies, &mut system)?;
+        for (k, (obstacle, contact)) in obstacles.iter().zip(&plan.contacts).enumerate() {
+            let stiffness = stiffness(&plan.organs[contact.organ]);
+            let term = obstacle.term(&system.bodies, contact.organ, stiffness);
+            let term = term.map_err(|why| invalid(format!("contacts.{k}"), why, "an organ that can be pressed"))?;
+            system.obstacles.push(term);
+        }
         Ok(Self {
             system,
             bodies,
             held,
             springs,
+            obstacles,
             way,
             free,
             targets: Vec::new(),
@@ -110,8 +130,10 @@ impl Model {
     /// # Errors
     /// As [`Self::new`].
     pub fn changed(&self, plan: &Plan, labels: &Labels) -> Checked<Self> {
-        let mut model = Self::assembled(plan, labels, self.way, self.bodies.clone(), Some(self.free))?;
+        let (bodies, obstacles) = (self.bodies.clone(), self.obstacles.clone());
+        let mut model = Self::assembled(plan, labels, (self.way, Some(self.free)), bodies, obstacles)?;
         model.system.tubes.clone_from(&self.system.tubes);
+        model.system.obstacles.clone_from(&self.system.obstacles);
         model.targets.clone_from(&self.targets);
         Ok(model)
     }
@@ -133,7 +155,13 @@ impl Model {
             }
             bodies.push(finer);
         }
-        let made = Self::assembled(plan, labels, self.way, bodies, Some(self.free));
+        let made = Self::assembled(
+            plan,
+            labels,
+            (self.way, Some(self.free)),
+            bodies,
+            self.obstacles.clone(),
+        );
         let mut model = made.map_err(|why| why.to_string())?;
         model.targets = target::all(plan, labels, &model.bodies).map_err(|why| why.to_string())?;
         Ok(model)
@@ -149,10 +177,8 @@ impl Model {
     fn contacts(&self, plan: &Plan) -> Checked<Vec<TubeContact>> {
         let refused = |why: String| invalid("tube", why, "a tube that can touch the organs");
         let contact = |(k, organ): (usize, &Organ)| {
-            let side = organ.settings.side / f64::from(1_u32 << organ.settings.levels);
-            let stiffness = CONTACT * organ.material.lame.young() / side;
             let tube = self.way.tube(self.free).map_err(|why| refused(why.to_string()))?;
-            let contact = TubeContact::new(&self.system.bodies, k, tube, stiffness, |_, _| true);
+            let contact = TubeContact::new(&self.system.bodies, k, tube, stiffness(organ), |_, _| true);
             contact.map_err(|why| refused(why.to_string()))
         };
         plan.organs.iter().enumerate().map(contact).collect()
@@ -181,6 +207,12 @@ impl Model {
         }
         Ok(())
     }
+}
+
+/// Of an organ's contacts, N/mm^3.
+fn stiffness(organ: &Organ) -> f64 {
+    let side = organ.settings.side / f64::from(1_u32 << organ.settings.levels);
+    CONTACT * organ.material.lame.young() / side
 }
 
 /// All labels that are named are in the map.

@@ -14,7 +14,7 @@ use simulation::space::law::Material;
 use super::raw::{RawSpaceField, RawSpaceScene};
 use super::way::Way;
 use crate::numbers::{Checked, invalid, names, title, within};
-use held::{attachment, rigid};
+use held::{attachment, contact, rigid};
 use numbers::{length, triple, unit};
 use organ::organ;
 use spread::young;
@@ -26,6 +26,7 @@ use target::targets;
 const MOST_ORGANS: usize = 16;
 const MOST_RIGID: usize = 64;
 const MOST_ATTACHMENTS: usize = 64;
+const MOST_CONTACTS: usize = 64;
 const MOST_TARGETS: usize = 64;
 /// Lengths in a scene are no longer than a patient, mm.
 pub(crate) const LONGEST: f64 = 2000.0;
@@ -83,6 +84,19 @@ pub struct Attachment {
     pub young: Option<Given>,
 }
 
+/// What keeps an organ out: it slides along it.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// Number of the organ.
+    pub organ: usize,
+    /// Numbers of [`Rigid`]s.
+    pub with: Vec<usize>,
+    /// Standard deviation of the smoothing of their surface, mm.
+    pub smoothing: f64,
+    /// Radius of a ball that fits behind it, mm.
+    pub ball: f64,
+}
+
 /// A soft bath.
 #[derive(Debug, Clone, Copy)]
 pub struct Bath {
@@ -103,6 +117,8 @@ pub struct Plan {
     pub rigid: Vec<Rigid>,
     /// What holds organs at that.
     pub attachments: Vec<Attachment>,
+    /// What is rigid and keeps organs out.
+    pub contacts: Vec<Contact>,
     /// What is around organs; `None`: nothing.
     pub bath: Option<Bath>,
     /// The tube's, in the patient: LPS, mm.
@@ -135,6 +151,7 @@ impl Plan {
         within("organs", raw.organs.len(), 1..=MOST_ORGANS)?;
         within("rigid", raw.rigid.len(), 0..=MOST_RIGID)?;
         within("attachments", raw.attachments.len(), 0..=MOST_ATTACHMENTS)?;
+        within("contacts", raw.contacts.len(), 0..=MOST_CONTACTS)?;
         within("targets", raw.targets.len(), 0..=MOST_TARGETS)?;
         within("search.most_steps", raw.search.most_steps, 1..=100_000)?;
         within("output.size.0", raw.output.size[0] as usize, 200..=4000)?;
@@ -149,6 +166,12 @@ impl Plan {
         Self {
             attachments: attachments
                 .map(|(k, one)| attachment(k, one, &organs, &rigid))
+                .collect::<Checked<_>>()?,
+            contacts: raw
+                .contacts
+                .iter()
+                .enumerate()
+                .map(|(k, one)| contact(k, one, &organs, &rigid))
                 .collect::<Checked<_>>()?,
             bath: raw
                 .surroundings

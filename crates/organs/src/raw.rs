@@ -18,9 +18,6 @@ pub struct RawUnits {
 }
 
 /// The whole file.
-///
-/// Sliding contact of organs with bone or with one another will be a table of its own here; until there is a term for it, the
-/// key is unknown and refused as such.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawSpaceScene {
@@ -38,6 +35,9 @@ pub struct RawSpaceScene {
     /// `[[attachments]]`
     #[serde(default)]
     pub attachments: Vec<RawAttachment>,
+    /// `[[contacts]]`
+    #[serde(default)]
+    pub contacts: Vec<RawContact>,
     /// `[surroundings]`; absent: nothing is around the organs.
     #[serde(default)]
     pub surroundings: Option<RawSurroundings>,
@@ -146,7 +146,7 @@ pub struct RawCubes {
     pub within: Vec<f64>,
 }
 
-/// `[[rigid]]`: labels that do not move. Organs are attached to them; they are no obstacle.
+/// `[[rigid]]`: labels that do not move. Organs are attached to them; they are an obstacle to organs of `[[contacts]]` alone.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RawRigid {
@@ -177,6 +177,21 @@ pub struct RawAttachment {
     /// Of `tied`: its thickness, mm.
     #[serde(default)]
     pub margin: Option<f64>,
+}
+
+/// `[[contacts]]`: an organ that slides along what is rigid, without friction, and does not enter it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RawContact {
+    /// Name of one of `[[organs]]`.
+    pub organ: String,
+    /// Names of `[[rigid]]`: one surface around all of them.
+    pub with: Vec<String>,
+    /// Standard deviation of the smoothing of that surface, mm; absent: as the organ's.
+    #[serde(default)]
+    pub smoothing: Option<f64>,
+    /// Radius of a ball that fits behind that surface wherever the organ may come, mm: how thick it is at least.
+    pub ball: f64,
 }
 
 /// How it holds.

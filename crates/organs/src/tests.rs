@@ -82,6 +82,11 @@ fn label(at: &Vector3<f64>) -> i16 {
 
 /// The ball on a grid of these axes.
 fn labels(axes: [[f64; 3]; 3]) -> Result<Labels, NoLabels> {
+    labelled(axes, label)
+}
+
+/// Places of the patient, labelled, on a grid of these axes.
+fn labelled(axes: [[f64; 3]; 3], label: impl Fn(&Vector3<f64>) -> i16) -> Result<Labels, NoLabels> {
     let grid = grid(axes);
     let rows = grid.ct_from_voxel().rows();
     Labels::new(&grid, "ball".to_owned(), |z, out| {

@@ -7,11 +7,11 @@ use simulation::space::tube::{Tube, TubeError};
 /// Where an axis enters an organ is looked for in such steps, mm, and at most so many.
 const LOOK: f64 = 0.5;
 const MOST_LOOKS: f64 = 1e5;
-/// Across it, in rings at most so far from one another, mm.
-const RING: f64 = 1.5;
 
 /// Points are laid for a surface stretched by so much; 1.7 was found on a kidney 10 mm deep. What a state stretches more may be refused.
 const STRETCH: f64 = 4.0;
+/// Points are so many to a side of a cube at least: pressures at fewer are no pressures of its polynomials, however wide the tube.
+pub(crate) const POINTS: f64 = 4.0;
 /// Points of the surface within so many radii of the tube's axis may come to be at it.
 const REACH: f64 = 3.0;
 
@@ -36,25 +36,6 @@ impl Way {
     /// The foremost point of the tip after so much of the way from the entry.
     pub fn tip(&self, gone: f64) -> Vector3<f64> {
         self.entry + self.direction * gone
-    }
-
-    /// Places across the tube's tip when that has gone so far, from the axis to the side.
-    pub fn section(&self, gone: f64) -> Vec<Vector3<f64>> {
-        let middle = self.tip(gone);
-        let (along, other) = (self.direction, self.direction.imin());
-        let right = along.cross(&Vector3::ith(other, 1.0));
-        let right = right.try_normalize(0.0).unwrap_or(right);
-        let rings = (self.radius / RING).ceil().max(1.0) as usize;
-        let mut places = vec![middle];
-        for ring in 1..=rings {
-            let radius = self.radius * ring as f64 / rings as f64;
-            let count = 6 * ring;
-            places.extend((0..count).map(|k| {
-                let angle = std::f64::consts::TAU * k as f64 / count as f64;
-                middle + (right * angle.cos() + along.cross(&right) * angle.sin()) * radius
-            }));
-        }
-        places
     }
 
     /// The middle of its round tip.
@@ -82,10 +63,11 @@ impl Way {
     }
 
     /// How far from one another points of the surface may be in a cube that the tube may come to, mm: where it is stretched by 4, no place
-    /// is farther from one than half of the tube's radius and a quarter more.
+    /// is farther from one than half of the tube's radius and a quarter more, and there are four to its side at least.
     pub fn spacing(&self, [low, high]: [&Vector3<f64>; 2], beyond: f64) -> Option<f64> {
         let near = self.off_axis(&(0.5 * (low + high)), beyond) - 0.5 * (high - low).norm();
-        (near < REACH * self.radius).then_some(0.5 * self.radius / STRETCH)
+        let most = (high.x - low.x) / POINTS;
+        (near < REACH * self.radius).then_some((0.5 * self.radius / STRETCH).min(most))
     }
 
     /// How far the tip comes in an organ, from the entry: from where the axis enters it by the whole stroke. Where the axis

@@ -1,9 +1,9 @@
 //! What does not move, and how organs are attached to it, checked.
 
-use super::super::raw::{RawAttachment, RawKind, RawSpaceScene};
+use super::super::raw::{RawAttachment, RawContact, RawKind, RawSpaceScene};
 use super::numbers::length;
 use super::spread::young;
-use super::{Attachment, MOST_RIGID, Organ, Rigid};
+use super::{Attachment, Contact, MOST_RIGID, Organ, Rigid};
 use crate::numbers::{Checked, invalid, named, within};
 
 /// The most labels of one table.
@@ -47,12 +47,33 @@ pub(super) fn rigid(raw: &RawSpaceScene, organs: &[Organ]) -> Checked<Vec<Rigid>
         .collect())
 }
 
+/// Numbers of what is rigid, by names.
+fn rigids(key: &str, names: &[String], rigid: &[Rigid]) -> Checked<Vec<usize>> {
+    within(key, names.len(), 1..=MOST_RIGID)?;
+    let each = names.iter().enumerate();
+    each.map(|(i, name)| named(&format!("{key}.{i}"), name, rigid.iter().map(|r| r.name.as_str())))
+        .collect()
+}
+
+pub(super) fn contact(k: usize, raw: &RawContact, organs: &[Organ], rigid: &[Rigid]) -> Checked<Contact> {
+    let key = |last: &str| format!("contacts.{k}.{last}");
+    let organ = named(&key("organ"), &raw.organ, organs.iter().map(|o| o.name.as_str()))?;
+    let smoothing = raw.smoothing.unwrap_or(organs[organ].smoothing.sigma);
+    let good = (0.0..=100.0).contains(&smoothing);
+    Ok(Contact {
+        organ,
+        with: rigids(&key("with"), &raw.with, rigid)?,
+        smoothing: good
+            .then_some(smoothing)
+            .ok_or_else(|| invalid(key("smoothing"), smoothing, "0 to 100 mm"))?,
+        ball: length(&key("ball"), raw.ball)?,
+    })
+}
+
 pub(super) fn attachment(k: usize, raw: &RawAttachment, organs: &[Organ], rigid: &[Rigid]) -> Checked<Attachment> {
     let key = |last: &str| format!("attachments.{k}.{last}");
     let organ = named(&key("organ"), &raw.organ, organs.iter().map(|o| o.name.as_str()))?;
-    within(&key("to"), raw.to.len(), 1..=MOST_RIGID)?;
-    let to = raw.to.iter().enumerate();
-    let to = to.map(|(i, name)| named(&key(&format!("to.{i}")), name, rigid.iter().map(|r| r.name.as_str())));
+    let to = rigids(&key("to"), &raw.to, rigid)?;
     let tied = match (raw.kind, raw.young, raw.margin) {
         (RawKind::Tied, Some(modulus), Some(margin)) => {
             let young = young(&format!("attachments.{k}"), modulus, raw.young_spread)?;
@@ -85,7 +106,7 @@ pub(super) fn attachment(k: usize, raw: &RawAttachment, organs: &[Organ], rigid:
     };
     Ok(Attachment {
         organ,
-        to: to.collect::<Checked<_>>()?,
+        to,
         within: length(&key("within"), raw.within)?,
         stiffness: tied.map(|t| t.1),
         young: tied.map(|t| t.0),

@@ -67,3 +67,18 @@ fn axes_that_lean_and_voxels_below_zero_are_refused() {
     assert_eq!(last.unwrap_err(), NoLabels::Negative { found: -7 });
     assert_eq!(slices as usize, SIZE[2]);
 }
+
+#[test]
+fn each_voxel_about_a_box_is_visited_once() {
+    let labels = labels(AXES[0]).unwrap();
+    let mut seen = Vec::new();
+    let corners = [Vector3::new(-10.0, 3.1, 8.9), Vector3::new(4.0, 6.0, 500.0)];
+    labels.each([&corners[0], &corners[1]], &mut |at, label| {
+        assert_eq!(label, labels.at(&at));
+        seen.push((at / super::SPACING).map(|x| x.round() as usize));
+    });
+    let last = SIZE[2] - 1;
+    assert_eq!(seen.first().map(|v| [v.x, v.y, v.z]), Some([0, 1, 2]));
+    assert_eq!(seen.last().map(|v| [v.x, v.y, v.z]), Some([2, 2, last]));
+    assert_eq!(seen.len(), 3 * 2 * (last - 1));
+}

@@ -2,8 +2,9 @@
 
 use simulation::control::Potential;
 
-use super::{RADIUS, SCENE, labels, plan};
+use super::{RADIUS, SCENE, label, labelled, labels, plan};
 use crate::Model;
+use crate::hold::How;
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -64,4 +65,57 @@ fn points_too_far_apart_for_the_tube_are_refused_without_it_too() {
         "{refused:?}"
     );
     assert_eq!(Model::new(&plan, &labels).unwrap_err(), refused);
+}
+
+/// What springs of the bath hold, mm^2.
+fn bath(model: &Model) -> f64 {
+    let areas = model.held.iter().filter(|held| held.by.starts_with("the bath"));
+    let areas = areas.map(|held| match held.how {
+        How::Springs { area, .. } => area,
+        How::Nodes(_) => 0.0,
+    });
+    areas.sum()
+}
+
+/// The wall of a hole was held by the bath from within: a hollow ball was stiffer than a full one.
+#[test]
+fn a_bath_does_not_hold_the_wall_of_a_hole() {
+    // Its target is in the hole.
+    let plan = plan(&SCENE.replace("at = [0.0, 0.0, 0.0]", "at = [0.0, -14.0, 0.0]")).unwrap();
+    let hollow = labelled(AXES, |at| if at.norm() < 9.0 { 0 } else { label(at) }).unwrap();
+    let [full, hollow] = [labels(AXES).unwrap(), hollow].map(|labels| Model::without_tube(&plan, &labels).unwrap());
+    assert!(hollow.bodies[0].facts.holes > 0 && full.bodies[0].facts.holes == 0);
+    let walls = hollow.bodies[0].mesh.surface.iter();
+    let walls = walls
+        .filter(|p| hollow.bodies[0].faces_hole(&p.at, &p.normal))
+        .map(|p| p.area);
+    // A ball of 9 mm in voxels of 3, smoothed.
+    assert!(walls.sum::<f64>() > 500.0);
+    // The outer surface is that of the full one, a little within it: smoothing takes from a shell of 9 mm on both sides.
+    assert!(
+        (bath(&hollow) / bath(&full) - 1.0).abs() < 0.05,
+        "{} {}",
+        bath(&hollow),
+        bath(&full)
+    );
+}
+
+/// Points were an eighth of the tube's radius apart, however large that: under a wide tube a cube had one, and areas held depended on the tube.
+#[test]
+fn points_are_four_to_a_side_however_wide_the_tube() {
+    let of = |diameter: f64| {
+        let text = SCENE.replace("diameter = 12.0", &format!("diameter = {diameter}"));
+        Model::without_tube(&plan(&text).unwrap(), &labels(AXES).unwrap()).unwrap()
+    };
+    let [thin, wide] = [12.0, 400.0].map(of);
+    assert!(
+        (bath(&wide) / bath(&thin) - 1.0).abs() < 0.02,
+        "{} {}",
+        bath(&wide),
+        bath(&thin)
+    );
+    let largest = |model: &Model| model.bodies[0].mesh.surface.iter().map(|p| p.area).fold(0.0, f64::max);
+    // A point stands for what is nearer to it than to others: twice the square of their distance at most, where a surface is not steep.
+    // What is left over at the edges of cubes is a little more.
+    assert!(largest(&wide) < 2.5 * 3.0 * 3.0, "{}", largest(&wide));
 }

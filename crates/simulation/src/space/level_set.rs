@@ -134,8 +134,8 @@ impl LevelSet {
     pub fn clearance(&self, x: &Vector3<f64>) -> f64 {
         let [low, high] = &self.corners;
         let within = (0..3).all(|k| x[k] >= low[k] && x[k] <= high[k]);
-        let (_, apart) = self.feet.nearest(x);
-        let clear = apart - self.cover;
+        // Nothing more than the radius is ever told.
+        let clear = self.feet.apart_within(x, self.radius + self.cover) - self.cover;
         if within && clear > 0.0 && self.field.value(x) > 0.0 {
             // Beyond the grown box may be more of the surface.
             clear.min(self.radius)

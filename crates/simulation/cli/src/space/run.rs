@@ -48,11 +48,13 @@ pub(super) struct State {
     /// Absent where the forces do not balance.
     pub(super) found: Option<Equilibrium>,
     pub(super) on_tube: OnTube,
-    /// What tube, springs and held nodes leave over on the organs, beside the force on the tube.
+    /// What organs do to what is rigid and keeps them out, of each contact of the scene; moments about the first voxel's middle.
+    pub(super) on_rigid: Vec<OnTube>,
+    /// What tube, obstacles, springs and held nodes leave over on the organs, beside the force on the tube.
     pub(super) balance: f64,
     /// The deepest place of a surface in the tube, between its points too.
     pub(super) between: Between,
-    /// Area of surfaces, before the deformation, that lies in what the scene names rigid, mm^2: it is no obstacle.
+    /// Area of surfaces, before the deformation, that lies in what the scene names rigid, mm^2.
     pub(super) in_rigid: f64,
     /// Parts that the step was made in.
     pub(super) parts: usize,
@@ -196,6 +198,18 @@ impl State {
             depth = depth.max(on.depth);
         }
         let balance = balance(model, &a, &force);
+        // By pressures that the next state changes.
+        let on_rigid = system.obstacles.iter().map(|obstacle| {
+            let on = obstacle.force(&system.bodies, &a);
+            OnTube {
+                force: labels.turned(&on.force),
+                moment: labels.turned(&on.moment),
+                points: on.points,
+                area: on.area,
+                depth: on.depth,
+            }
+        });
+        let on_rigid = on_rigid.collect();
         Self {
             label: String::new(),
             stroke,
@@ -207,6 +221,7 @@ impl State {
                 area,
                 depth,
             },
+            on_rigid,
             balance,
             between: tissue::between(model, &a),
             in_rigid: in_rigid(model, plan, labels, &a),
@@ -264,10 +279,13 @@ pub(super) fn beside(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-/// The sum of all outer forces on the organs beside that of the tube: forces inside an organ sum to nothing.
+/// The sum of all outer forces on the organs, obstacles' among them, beside that of the tube: forces inside an organ sum to nothing.
 fn balance(model: &Model, a: &[f64], on_tube: &Vector3<f64>) -> f64 {
     let system = &model.system;
     let mut sum = -on_tube;
+    for obstacle in &system.obstacles {
+        sum -= obstacle.force(&system.bodies, a).force;
+    }
     for springs in &model.springs {
         sum += springs.reaction_about(&system.bodies, a, &Vector3::zeros())[0];
     }

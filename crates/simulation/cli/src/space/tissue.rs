@@ -5,8 +5,10 @@ use organs::body::displacement;
 use organs::{Body, Labels, Model};
 use simulation::space::cells::{Field, SurfacePoint};
 
-/// Tissue may be as deep in the tube between its points as this part of the tube's radius: as of points inside (`NoEquilibrium::Through`).
+/// Tissue may be as deep in the tube between its points as this part of the tube's radius, as of points inside (`NoEquilibrium::Through`), and no deeper
+/// than this part of a cube's side: a wide tube has not come through a surface that its points do not follow, but has not pushed it either.
 const MOST_BETWEEN: f64 = 0.2;
+const MOST_OF_SIDE: f64 = 0.1;
 /// Around a point places are looked at on so many rings, up to the length that its area has.
 const RINGS: usize = 3;
 /// Places on a ring.
@@ -19,6 +21,8 @@ pub(super) struct Between {
     pub(super) depth: f64,
     /// In the label map's axes, at rest.
     pub(super) at: Vector3<f64>,
+    /// Side of the organ's smallest cubes, mm.
+    pub(super) side: f64,
 }
 
 /// Where an organ's tissue is deformed most.
@@ -37,10 +41,13 @@ pub(super) fn between(model: &Model, a: &[f64]) -> Between {
     let mut deepest = Between {
         depth: 0.0,
         at: Vector3::zeros(),
+        side: f64::INFINITY,
     };
     for (k, (body, contact)) in model.bodies.iter().zip(&model.system.tubes).enumerate() {
         let (tube, part) = (contact.tube(), model.system.bodies.part(k, a));
         let solid = model.system.bodies.solid(k);
+        let grid = body.mesh.grid();
+        let side = grid.cells().map(|c| grid.length(c.span)).fold(f64::INFINITY, f64::min);
         for (point, surface) in body.mesh.surface.iter().enumerate() {
             let reach = surface.area.sqrt();
             // No place of a ring comes nearer to the tube than by its way from the point, stretched.
@@ -52,13 +59,14 @@ pub(super) fn between(model: &Model, a: &[f64]) -> Between {
                 deepest = Between {
                     depth: -away,
                     at: surface.at,
+                    side,
                 };
             }
             for at in rings(body, surface, reach) {
                 let Some(row) = body.mesh.row(&at) else { continue };
                 let depth = -tube.signed_distance(&(at + displacement(&row, part))).value;
                 if depth > deepest.depth {
-                    deepest = Between { depth, at };
+                    deepest = Between { depth, at, side };
                 }
             }
         }
@@ -68,10 +76,10 @@ pub(super) fn between(model: &Model, a: &[f64]) -> Between {
 
 /// Why a state is none for a tube of this radius: its surface lies in the tube between points.
 pub(super) fn refused(found: &Between, radius: f64, labels: &Labels) -> Option<String> {
-    let most = MOST_BETWEEN * radius;
+    let most = (MOST_BETWEEN * radius).min(MOST_OF_SIDE * found.side);
     (found.depth > most).then(|| {
         format!(
-            "between the points that press the surface lies {:.2} mm deep in the tube, at {} mm at rest; more than {most:.2} mm says that the tube has come through it. \
+            "between the points that press the surface lies {:.2} mm deep in the tube, at {} mm at rest; more than {most:.2} mm says that it is not pushed as the tube is. \
              Use smaller cubes at the tube: organs.cubes, levels and within",
             found.depth,
             place(labels, &found.at)

@@ -10,9 +10,6 @@ use simulation::space::cells::{Field, LabelField};
 use super::errors::{Finer, Said};
 use super::run::Run;
 
-/// Places along the tube's way at which the label map is asked, mm apart.
-const LOOK: f64 = 1.0;
-
 fn line(text: &mut String, head: &str, words: &str) {
     // A String takes all that is written to it.
     let _ = writeln!(text, "{head:<11}{words}");
@@ -102,6 +99,13 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
         };
         line(&mut text, "held", &words);
     }
+    for (contact, obstacle) in plan.contacts.iter().zip(&model.obstacles) {
+        let words = format!(
+            "{}: kept out of {}, smoothed by {} mm and taken back by {:.2} mm, where it overlaps as it lies; it slides",
+            model.bodies[contact.organ].name, obstacle.by, contact.smoothing, obstacle.receded_mm
+        );
+        line(&mut text, "contact", &words);
+    }
     let (way, first) = (&plan.way, plan.way.tip(model.free));
     let words = format!(
         "{} mm wide, round, first touches with its tip at ({:.2}, {:.2}, {:.2}), {:.2} mm from the entry; {} states over {} mm, at most {} mm apart",
@@ -146,7 +150,17 @@ pub(super) fn warnings(plan: &Plan, model: &Model) -> Vec<String> {
             overlap.points, overlap.area, plan.organs[plan.attachments[i].organ].name
         )
     });
-    each.collect()
+    let cut = model
+        .bodies
+        .iter()
+        .filter(|body| body.facts.cut.iter().flatten().any(|cut| *cut));
+    let cut = cut.map(|body| {
+        format!(
+            "{:?} is CUT OFF by the border of the label map: it ends there in a cap that is not the patient's",
+            body.name
+        )
+    });
+    each.chain(cut).collect()
 }
 
 /// What a person might take for modelled and is not.
@@ -156,13 +170,7 @@ pub(super) fn not_modelled(plan: &Plan, labels: &Labels, model: &Model) -> Vec<S
     if model.bodies.len() > 1 {
         all.push("contact of organs with one another: they pass through one another".to_owned());
     }
-    if !plan.rigid.is_empty() {
-        let names: Vec<&str> = plan.rigid.iter().map(|r| r.name.as_str()).collect();
-        all.push(format!(
-            "contact with what is rigid ({}): it holds and is no obstacle, to organs and tube",
-            names.join(", ")
-        ));
-    }
+    all.extend(no_obstacle(plan));
     let others = passed(plan, labels, model);
     if !others.is_empty() {
         all.push(format!("labels that the tube passes through as through air: {others}"));
@@ -170,30 +178,60 @@ pub(super) fn not_modelled(plan: &Plan, labels: &Labels, model: &Model) -> Vec<S
     all
 }
 
-/// Labels that the tube passes through and that are no part of a meshed organ, with their names where the scene has one.
-fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
-    let way = &model.way;
-    let mut found = std::collections::BTreeSet::new();
-    let steps = ((way.length + model.free + way.stroke) / LOOK) as usize;
-    for k in 0..=steps {
-        let gone = model.free + way.stroke - k as f64 * LOOK;
-        for at in way.section(gone) {
-            let label = labels.at(&at);
-            // Of an organ's label what smoothing took away, or another part of it, is passed through too.
-            let is_meshed = model
-                .bodies
-                .iter()
-                .any(|b| b.label == label && is_at(&b.field, &at, &labels.spacing));
-            if label != 0 && !is_meshed {
-                found.insert(label);
-            }
-        }
+/// What is rigid and stops neither tube nor all organs.
+fn no_obstacle(plan: &Plan) -> Vec<String> {
+    let names = |of: &dyn Fn(usize) -> bool| -> Vec<&str> {
+        let rigid = plan.rigid.iter().enumerate().filter(|(k, _)| of(*k));
+        rigid.map(|(_, rigid)| rigid.name.as_str()).collect()
+    };
+    let is_met = |k: usize| plan.contacts.iter().any(|contact| contact.with.contains(&k));
+    let (met, others) = (names(&is_met), names(&|k| !is_met(k)));
+    let mut all = Vec::new();
+    if !others.is_empty() {
+        let names = others.join(", ");
+        all.push(format!(
+            "contact with what is rigid ({names}): it holds and is no obstacle, to organs and tube"
+        ));
     }
+    if !met.is_empty() {
+        let names = met.join(", ");
+        all.push(format!(
+            "contact of the tube with what keeps organs out ({names}), and of organs that no contact names"
+        ));
+    }
+    all
+}
+
+/// Labels that the tube passes through and that are no part of a meshed organ, with their names where the scene has one: of every voxel whose middle the
+/// tube comes over, however thin a wall they are.
+fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
+    let (way, last) = (&model.way, model.free + model.way.stroke);
+    let (tip, tail) = (way.middle(last), way.middle(last) - way.direction * (way.length + last));
+    let reach = way.radius;
+    let corners = [tip.inf(&tail).add_scalar(-reach), tip.sup(&tail).add_scalar(reach)];
+    let mut found = std::collections::BTreeSet::new();
+    labels.each([&corners[0], &corners[1]], &mut |at, label| {
+        if label == 0 || found.contains(&label) || distance(&at, &tail, &tip) > reach {
+            return;
+        }
+        // Of an organ's label what smoothing took away, or another part of it, is passed through too.
+        let is_meshed = |b: &organs::Body| b.label == label && is_at(&b.field, &at, &labels.spacing);
+        if !model.bodies.iter().any(is_meshed) {
+            found.insert(label);
+        }
+    });
     let name = |label: &u16| match plan.rigid.iter().find(|r| r.labels.contains(label)) {
         Some(rigid) => format!("{label} ({})", rigid.name),
         None => label.to_string(),
     };
     found.iter().map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// Of a place from a line from one end to another.
+fn distance(at: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
+    let way = to - from;
+    let part = ((at - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
+    (at - from - way * part).norm()
 }
 
 /// True in a region, and where its smooth surface is less than a voxel away from its label's steps.

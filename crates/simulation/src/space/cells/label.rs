@@ -99,6 +99,8 @@ pub enum Parts {
     Refuse,
     /// Take the largest; [`Facts::dropped`] counts the voxels of the others.
     Largest,
+    /// Take all, uncounted ([`Facts::parts`] is 0): of what is no solid, as of bone that is in the way.
+    All,
 }
 
 /// How a label becomes a region.
@@ -159,9 +161,12 @@ impl LabelField {
         let passes = smooth::passes(smoothing.sigma, &map.spacing)?;
         let crop = Crop::of(map, label, passes.map(|p| p + MARGIN)).ok_or(NoRegion::Missing { label })?;
         let (mut inside, mut facts) = (crop.indicator(map, label), crop.facts(map));
-        let sizes = largest_part(&mut inside, crop.size);
+        let sizes = match smoothing.parts {
+            Parts::All => Vec::new(),
+            Parts::Refuse | Parts::Largest => largest_part(&mut inside, crop.size),
+        };
         facts.parts = sizes.len();
-        facts.dropped = sizes[1..].iter().sum();
+        facts.dropped = sizes.iter().skip(1).sum();
         if sizes.len() > 1 && smoothing.parts == Parts::Refuse {
             return Err(NoRegion::Parts {
                 label,

@@ -31,6 +31,13 @@ impl Tree {
             .map_or((Vector3::zeros(), f64::INFINITY), |(k, apart)| (self.points[k], apart))
     }
 
+    /// The distance of the nearest point, or `most` where none is nearer than that: far from all points it costs next to nothing.
+    pub(in crate::space) fn apart_within(&self, x: &Vector3<f64>, most: f64) -> f64 {
+        let mut best = (self.points.len(), most * most);
+        self.visit(x, 0, self.points.len(), 0, &mut best);
+        best.1.sqrt().min(most)
+    }
+
     /// Number of the nearest of the points given, and its distance.
     pub(in crate::space) fn nearest_given(&self, x: &Vector3<f64>) -> Option<(usize, f64)> {
         self.nearest_number(x)
@@ -98,6 +105,8 @@ mod tests {
                     let (number, apart) = tree.nearest_given(&x).unwrap();
                     assert!((apart - least).abs() < 1e-15 && ((points[number] - x).norm() - least).abs() < 1e-15);
                     assert_eq!(tree.nearest(&x).1, apart);
+                    assert_eq!(tree.apart_within(&x, 1.5 * apart), apart);
+                    assert_eq!(tree.apart_within(&x, 0.9 * apart), 0.9 * apart);
                 }
             }
         }

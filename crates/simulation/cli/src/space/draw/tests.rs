@@ -27,10 +27,12 @@ fn moved(space: &Space, by: &Vector3<f64>) -> State {
             area: 0.0,
             depth: 0.0,
         },
+        on_rigid: Vec::new(),
         balance: 0.0,
         between: Between {
             depth: 0.0,
             at: Vector3::zeros(),
+            side: 10.0,
         },
         in_rigid: 0.0,
         parts: 1,

@@ -17,7 +17,10 @@ pub(super) struct StateRecord<'a> {
     on_tube: Option<OnTubeRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     equilibrium: Option<Certificate>,
-    /// Area of surfaces in what is rigid and is no obstacle, mm^2.
+    /// Of each contact of the scene, in its order; absent where the forces do not balance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    on_rigid: Option<Vec<OnRigidRecord<'a>>>,
+    /// Area of surfaces in voxels of what is rigid, mm^2.
     area_in_rigid: f64,
     seconds: f64,
     /// Where targets are; absent where the forces do not balance.
@@ -43,6 +46,18 @@ struct OnTubeRecord {
     force_along: f64,
     /// About the tip.
     moment: [f64; 3],
+    points: usize,
+    area: f64,
+    depth: f64,
+}
+
+/// What an organ does to the rigid things that keep it out.
+#[derive(Debug, Serialize)]
+struct OnRigidRecord<'a> {
+    organ: &'a str,
+    with: &'a str,
+    force: [f64; 3],
+    force_size: f64,
     points: usize,
     area: f64,
     depth: f64,
@@ -86,6 +101,7 @@ pub(super) fn record<'a>(plan: &Plan, labels: &Labels, model: &'a Model, state: 
             depth: on.depth,
         }),
         equilibrium: state.found.as_ref().map(|found| certificate(state, found)),
+        on_rigid: state.found.map(|_| on_rigid(plan, model, state)),
         area_in_rigid: state.in_rigid,
         seconds: state.seconds,
         targets: state.found.map(|_| {
@@ -101,6 +117,20 @@ pub(super) fn record<'a>(plan: &Plan, labels: &Labels, model: &'a Model, state: 
             each.collect()
         }),
     }
+}
+
+fn on_rigid<'a>(plan: &Plan, model: &'a Model, state: &State) -> Vec<OnRigidRecord<'a>> {
+    let each = plan.contacts.iter().zip(&model.obstacles).zip(&state.on_rigid);
+    let each = each.map(|((contact, obstacle), on)| OnRigidRecord {
+        organ: &model.bodies[contact.organ].name,
+        with: &obstacle.by,
+        force: triple(&on.force),
+        force_size: on.force.norm(),
+        points: on.points,
+        area: on.area,
+        depth: on.depth,
+    });
+    each.collect()
 }
 
 fn certificate(state: &State, found: &Equilibrium) -> Certificate {

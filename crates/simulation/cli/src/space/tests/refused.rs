@@ -271,6 +271,25 @@ fn unknown_keys_wrong_types_and_ranges_are_named() {
         "[sliding]\nwith = [\"floor\"]\n[surroundings]",
         &["sliding", "unknown field"],
     );
+    let contact = |words: &str| {
+        format!("[[contacts]]\norgan = \"ball\"\nwith = [\"floor\"]\nball = 3.0\n{words}\n[surroundings]")
+    };
+    refused(
+        "[surroundings]",
+        &contact("friction = 0.1"),
+        &["friction", "unknown field"],
+    );
+    for (old, new, key) in [
+        ("\"ball\"", "\"liver\"", "contacts.0.organ"),
+        ("[\"floor\"]", "[\"wall\"]", "contacts.0.with.0"),
+        ("[\"floor\"]", "[]", "contacts.0.with"),
+        ("ball = 3.0", "ball = 0.0", "contacts.0.ball"),
+        ("ball = 3.0", "ball = 40.0", "contacts.0.ball"),
+        ("ball = 3.0", "ball = 3.0\nsmoothing = -1.0", "contacts.0.smoothing"),
+        ("ball = 3.0", "ball = 3.0\nsmoothing = 20.0", "contacts.0.with"),
+    ] {
+        refused("[surroundings]", &contact("").replace(old, new), &[key]);
+    }
     refused("label = 1", "label = \"1\"", &["organs.0.label"]);
     refused("label = 1", "label = 70000", &["label"]);
     refused("label = 1", "label = 0", &["organs.0.label"]);
