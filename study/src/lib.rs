@@ -28,6 +28,7 @@ pub mod record;
 pub mod report;
 mod room;
 pub mod run;
+mod sounding;
 pub mod statistics;
 mod steps;
 mod truth;

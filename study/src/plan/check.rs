@@ -9,6 +9,7 @@ use phantom::Phantom;
 
 use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
+use super::surface;
 use super::sweep::{self, Sweep};
 use super::{Beads, Bump, Calibration, Ct, Dials, Localizer, Marker, Planted, PlantedIn, Stratum, Touch};
 
@@ -26,13 +27,13 @@ const FRONT: [usize; 4] = [0, 1, 4, 5];
 const SPREAD: [usize; 7] = [5, 3, 6, 7, 1, 2, 4];
 
 /// Where something stands: the file, the stratum.
-struct At<'a> {
+pub(super) struct At<'a> {
     path: &'a Path,
     of: String,
 }
 
 impl At<'_> {
-    fn wrong(&self, key: &str, found: impl Debug, expected: impl Into<String>) -> PlanError {
+    pub(super) fn wrong(&self, key: &str, found: impl Debug, expected: impl Into<String>) -> PlanError {
         PlanError::Value {
             path: self.path.to_owned(),
             place: format!("{}: {key}", self.of),
@@ -42,7 +43,7 @@ impl At<'_> {
     }
 
     /// The stratum's own value, else that of all, else the usual one, within a range.
-    fn within<T>(
+    pub(super) fn within<T>(
         &self,
         key: &str,
         [own, all]: [Option<T>; 2],
@@ -114,6 +115,7 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
         targets: targets(at, own.targets.as_ref().or(all.targets.as_ref()))?,
         radius_mm: at.within("radius_mm", [own.radius_mm, all.radius_mm], 5.0, 0.5..=50.0)?,
         beads: beads(at, &own.beads, &all.beads)?,
+        surface: surface::surface(at, own, all)?,
         bead_mm: at.within(
             "beads.diameter_mm",
             [own.beads.diameter_mm, all.beads.diameter_mm],

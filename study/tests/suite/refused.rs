@@ -62,6 +62,26 @@ fn what_cannot_be_is_refused_with_its_place() {
             "nearer than 5 mm",
         ),
         (line, "all beads lie on a line to within 5 mm"),
+        (
+            "registration = \"landmarks\"",
+            "registration: found \"landmarks\"; \"beads\" or \"surface\" is allowed",
+        ),
+        (
+            "surface = { share = 0.5 }",
+            "surface: found \"a table\"; registration = \"surface\" must be said",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { share = 0.05 }",
+            "surface.share: found 0.05; 0.1 to 1 is allowed",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { every = 0 }",
+            "surface.every: found 0",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { phantom_deg = nan }",
+            "surface.phantom_deg: found NaN",
+        ),
         ("planted = { mm = 1.0 }", "planted.link must say in which link"),
         (
             "planted = { link = \"probe\", mm = 1.0 }",
