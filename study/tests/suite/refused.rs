@@ -152,9 +152,23 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/extremes.toml"), 100),
         (include_str!("../../../config/study/factorial.toml"), 960),
         (include_str!("../../../config/study/fresh.toml"), 50),
+        (include_str!("../../../config/study/surface.toml"), 120),
     ] {
         assert_eq!(plan(text).operations(), operations);
     }
+}
+
+/// What all strata say of a sweep of images is of those alone that are registered by it.
+#[test]
+fn a_way_of_registration_is_a_dial_like_any_other() {
+    let text = "[all]\nsurface = { share = 0.5 }\n[sweep]\nregistration = [\"beads\", \"surface\"]";
+    let plan = plan(text);
+    let shares: Vec<Option<f64>> = plan
+        .strata
+        .iter()
+        .map(|stratum| stratum.dials.surface.map(|surface| surface.share))
+        .collect();
+    assert_eq!(shares, [None, Some(0.5)]);
 }
 
 #[test]
