@@ -1,5 +1,6 @@
 //! What is studied: the study files, checked, with places and reasons.
 
+mod at;
 mod check;
 mod error;
 mod raw;

@@ -1,12 +1,12 @@
 //! From what a study file says to what is done.
 
-use std::fmt::{Debug, Display};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 use geometry::Point;
 use phantom::Phantom;
 
+use super::at::At;
 use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
 use super::surface;
@@ -25,41 +25,6 @@ const FAR: RangeInclusive<f64> = -20_000.0..=20_000.0;
 const FRONT: [usize; 4] = [0, 1, 4, 5];
 /// In the order in which more of them are touched: the first three lie far apart already.
 const SPREAD: [usize; 7] = [5, 3, 6, 7, 1, 2, 4];
-
-/// Where something stands: the file, the stratum.
-pub(super) struct At<'a> {
-    path: &'a Path,
-    of: String,
-}
-
-impl At<'_> {
-    pub(super) fn wrong(&self, key: &str, found: impl Debug, expected: impl Into<String>) -> PlanError {
-        PlanError::Value {
-            path: self.path.to_owned(),
-            place: format!("{}: {key}", self.of),
-            found: format!("{found:?}"),
-            expected: expected.into(),
-        }
-    }
-
-    /// The stratum's own value, else that of all, else the usual one, within a range.
-    pub(super) fn within<T>(
-        &self,
-        key: &str,
-        [own, all]: [Option<T>; 2],
-        usual: T,
-        range: RangeInclusive<T>,
-    ) -> Result<T, PlanError>
-    where
-        T: PartialOrd + Display + Debug + Copy,
-    {
-        let value = own.or(all).unwrap_or(usual);
-        match range.contains(&value) {
-            true => Ok(value),
-            false => Err(self.wrong(key, value, format!("{} to {} is allowed", range.start(), range.end()))),
-        }
-    }
-}
 
 /// The strata of one file, and the sweep that the last of them are; `before` strata stand before them in the plan.
 pub(super) fn strata(path: &Path, text: &str, before: usize) -> Result<(Vec<Stratum>, Option<Sweep>), PlanError> {

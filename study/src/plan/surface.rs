@@ -1,6 +1,6 @@
 //! `registration = "surface"`: how the bone's surface is seen by ultrasound.
 
-use super::check::At;
+use super::at::At;
 use super::error::PlanError;
 use super::raw::RawDials;
 
