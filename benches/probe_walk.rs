@@ -14,7 +14,7 @@
 
 #[path = "probe_walk/ct.rs"]
 mod ct;
-#[path = "probe_walk/sounding.rs"]
+#[path = "../study/src/sounding.rs"]
 mod sounding;
 #[path = "probe_walk/sweep.rs"]
 mod sweep;

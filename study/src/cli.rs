@@ -15,7 +15,8 @@ const HELP: &str = "\
 Every operation goes the whole way in silico, by the functions and files of the real chain and in virtual time: the tool's marker is \
 calibrated from frames of its emitters, the tip by pivoting, the tool in its seat on the base; beads are found in the image of a CT and \
 touched; the patient is registered and the registration checked; then a scripted hand steers to each target by the sight. The truth \
-is the simulator's. What comes out is held against what was predicted.
+is the simulator's. What comes out is held against what was predicted. With registration = \"surface\" a tracked ultrasound probe sees the pelvis in the \
+place of the beads, and bone from the CT's image is registered to its images.
 
 DIR gets operations.csv (a line for each target of each operation), report.html with its charts, tables.md, and worst/: the worst operations as \
 recordings, each with its command in report.html. A study that was killed goes on \

@@ -71,11 +71,11 @@ pub enum FolderError {
     /// Somebody is at it.
     #[error("{0}: another program is working in this folder")]
     Busy(PathBuf),
-    /// Beads of an examination that this study has not written there.
+    /// Beads or the bone of an examination that this study has not written there.
     #[error(
         "{0} was changed after it was written; remove its folder, and it is made again, or give --out another folder"
     )]
-    Beads(PathBuf),
+    Changed(PathBuf),
     /// A line that this study has not written there.
     #[error("{path}, line {line}: {why}. The file is not as it was written; give --out another folder")]
     Line {

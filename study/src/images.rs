@@ -20,6 +20,13 @@ use crate::steps::HANDS;
 const MAKING: &str = "making-";
 /// Of the beads' file, beside it.
 const HASH: &str = "beads.blake3";
+/// The surface of the pelvis, what it rests on, and the hash of both.
+const BONE: &str = "bone.ply";
+const BONE_FACTS: &str = "bone.json";
+const BONE_HASH: &str = "bone.blake3";
+/// Where the pelvis is, without the lumbar spine and its own cut end, and what hangs together as bone: vessels with contrast are below.
+const PELVIS_MM: &str = "-150,-90,-133,150,100,-12";
+const BONE_HU: &str = "300";
 
 /// An examination's beads.
 #[derive(Debug)]
@@ -28,6 +35,8 @@ pub(crate) struct Examined {
     pub(crate) path: PathBuf,
     /// What stands in it.
     pub(crate) beads: BeadsFile,
+    /// Of `calib bone`, for those that are registered by it.
+    pub(crate) bone: Option<PathBuf>,
 }
 
 type Made = Arc<OnceLock<Result<Arc<Examined>, String>>>;
@@ -102,7 +111,8 @@ impl Images {
             fs::rename(beside.keep(), &folder)?;
         }
         let beads = serde_json::from_str(&fs::read_to_string(&path)?)?;
-        Ok(Examined { path, beads })
+        let bone = stratum.dials.surface.map(|_| folder.join(BONE));
+        Ok(Examined { path, beads, bone })
     }
 }
 
@@ -114,10 +124,26 @@ fn as_made(folder: &Path) -> Result<(), FolderError> {
     if name.starts_with(MAKING) || !path.exists() {
         return Ok(());
     }
-    let [beads, written] = [&path, &folder.join(HASH)].map(|path| fs::read_to_string(path).map_err(io_at(path)));
-    match written? == hash(&beads?) {
+    as_written(HASH, folder, &["beads.json"])?;
+    // Only some have a bone.
+    match [BONE, BONE_FACTS, BONE_HASH]
+        .iter()
+        .any(|name| folder.join(name).exists())
+    {
+        true => as_written(BONE_HASH, folder, &[BONE, BONE_FACTS]),
+        false => Ok(()),
+    }
+}
+
+/// Whether files are those that the hash of was written beside them.
+fn as_written(written: &str, folder: &Path, names: &[&str]) -> Result<(), FolderError> {
+    let written = folder.join(written);
+    let found = fs::read_to_string(&written).map_err(io_at(&written))?;
+    match found == hash(folder, names)? {
         true => Ok(()),
-        false => Err(FolderError::Beads(path)),
+        false => Err(FolderError::Changed(
+            folder.join(names.first().copied().unwrap_or_default()),
+        )),
     }
 }
 
@@ -130,15 +156,47 @@ fn make(folder: &Path, key: &str, stratum: &Stratum, metal: &[Point<Ct>]) -> Res
         ["calib", "beads", &volume, "--radius-mm", &radius, "--out", &out],
         HANDS,
     );
+    let bone = match (&found, stratum.dials.surface) {
+        (Ok(_), Some(_)) => taken(&ct, folder),
+        _ => Ok(()),
+    };
     // Tens of megabytes that can be made again, and that the beads' file has the hash of.
     fs::remove_file(&ct)?;
-    found.map_err(|why| why.replace(&*folder.to_string_lossy(), ""))?;
-    fs::write(folder.join(HASH), hash(&fs::read_to_string(&*out)?))?;
+    found
+        .map(drop)
+        .and(bone)
+        .map_err(|why| why.replace(&*folder.to_string_lossy(), ""))?;
+    fs::write(folder.join(HASH), hash(folder, &["beads.json"])?)?;
+    if stratum.dials.surface.is_some() {
+        fs::write(folder.join(BONE_HASH), hash(folder, &[BONE, BONE_FACTS])?)?;
+    }
     Ok(())
 }
 
-fn hash(text: &str) -> String {
-    blake3::hash(text.as_bytes()).to_hex().to_string()
+/// Takes the pelvis from the image, as `calib bone` does.
+fn taken(ct: &Path, folder: &Path) -> Result<(), String> {
+    let (volume, out) = (ct.to_string_lossy(), folder.join(BONE));
+    let bounds = format!("--box={PELVIS_MM}");
+    let out = out.to_string_lossy();
+    let words = [
+        "calib",
+        "bone",
+        &volume,
+        &bounds,
+        "--threshold-hu",
+        BONE_HU,
+        "--out",
+        &out,
+    ];
+    answer(words, HANDS).map(drop)
+}
+
+fn hash(folder: &Path, names: &[&str]) -> Result<String, FolderError> {
+    let mut hash = blake3::Hasher::new();
+    for path in names.iter().map(|name| folder.join(name)) {
+        hash.update(&fs::read(&path).map_err(io_at(&path))?);
+    }
+    Ok(hash.finalize().to_hex().to_string())
 }
 
 /// 16 hexadecimal digits are a seed.
@@ -169,6 +227,9 @@ fn key(stratum: &Stratum, image: u64, metal: &[Point<Ct>]) -> String {
         for mm in bead.mm() {
             hash.update(&mm.to_le_bytes());
         }
+    }
+    if stratum.dials.surface.is_some() {
+        hash.update(BONE.as_bytes());
     }
     hash.finalize().to_hex()[..16].to_owned()
 }

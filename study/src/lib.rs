@@ -10,6 +10,8 @@
 //!                                          +--- scene.toml: the tracker's chain of files ---> the hand, by the sight, to each target
 //! ```
 //!
+//! Or, in the place of beads and touches, the pelvis is taken from the image and seen by a tracked ultrasound probe (`steps::surface`).
+//!
 //! The truth is the simulator's own; nothing of it goes into what is calibrated, registered or shown. At the end of each
 //! approach the true error at the target is held against what the pose's covariance predicted, and told link by link
 //! (`truth`). Results are lines of `operations.csv` ([`record`]), a report, and charts ([`report`]).
@@ -28,6 +30,7 @@ pub mod record;
 pub mod report;
 mod room;
 pub mod run;
+mod sounding;
 pub mod statistics;
 mod steps;
 mod truth;

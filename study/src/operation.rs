@@ -14,9 +14,9 @@ use crate::images::Images;
 use crate::patient::{metal, patient, touched};
 use crate::plan::{Bump, PlantedIn, Stratum};
 use crate::record::{Ended, Row};
-use crate::room::TrueRoom;
-use crate::steps::{Prepared, Refused, Step, Verdict, Work, true_from_calibrated, true_tool};
-use crate::truth::{LINKS, Told, True, length, shifted, told};
+use crate::room::{TUBE, TrueRoom};
+use crate::steps::{Misplaced, Prepared, Refused, Step, Verdict, Work, true_from_calibrated, true_tool};
+use crate::truth::{LINKS, Told, True, alone, length, shifted, told};
 
 /// What is drawn of an operation, by number.
 const BUMPED: u64 = 1;
@@ -56,12 +56,22 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
             Ok(rows)
         }
         Err(refused) if refused.is_of_the_machine() => Err(refused),
-        Err(Refused { step, why }) => {
+        Err(Refused {
+            step,
+            why,
+            registration,
+        }) => {
             let why = images.unnamed(&why, folder);
-            let refused = |target: &Landmark| Row {
-                step: step.word().to_owned(),
-                why: why.clone(),
-                ..empty(stratum, number, target)
+            let refused = |target: &Landmark| {
+                let row = Row {
+                    step: step.word().to_owned(),
+                    why: why.clone(),
+                    ..empty(stratum, number, target)
+                };
+                match &registration {
+                    Some(registration) => misplaced(registration, stratum.dials.check_max_mm, target.centre, row),
+                    None => row,
+                }
             };
             Ok(targets.iter().map(refused).collect())
         }
@@ -118,10 +128,8 @@ pub(crate) fn again(
     for _ in 0..at {
         ready.room.wait(longest_s(ready.room.rate_hz()));
     }
-    let target = targets.get(at).ok_or_else(|| Refused {
-        step: Step::Chain,
-        why: "the operation has no such target".to_owned(),
-    })?;
+    let target = targets.get(at);
+    let target = target.ok_or_else(|| Refused::at(Step::Chain)("the operation has no such target"))?;
     let tape = RefCell::new(Tape::default());
     let row = ready.approached(&work, number, target, (task_seed(&work, at as u64), Some(&tape)));
     Ok(Again {
@@ -141,12 +149,17 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
         .map_or(Point::new(0.0, 0.0, 0.0), |target| target.centre);
     let metal = metal(&patient(), &dials.beads);
     let examined = images.of(work.stratum, number, &metal).map_err(Refused::at(Step::Ct))?;
-    let mut room = TrueRoom::new(work.stratum, work.seed).map_err(Refused::at(Step::Marker))?;
-    let mut prepared = work.marker(&mut room)?;
+    let mut room = TrueRoom::new(work.stratum, TUBE, work.seed).map_err(Refused::at(Step::Marker))?;
+    let mut prepared = work.marker(&mut room, (TUBE, Step::Marker))?;
     work.tool(&mut room, &mut prepared)?;
     let count = touched(&dials.beads);
-    let touching = (examined.path.as_path(), &metal[..count.min(metal.len())]);
-    work.registered(&mut room, &mut prepared, touching, first)?;
+    match &dials.surface {
+        Some(surface) => work.registered_by_surface(surface, room.ct_from_reference(), &examined, targets)?,
+        None => {
+            let touching = (examined.path.as_path(), &metal[..count.min(metal.len())]);
+            work.registered(&mut room, &mut prepared, touching, first)?;
+        }
+    }
     let chain = work.chain(&prepared, &examined.beads.ct_hash, first)?;
     let registered = room.ct_from_reference();
     let bumped = dials.bump.and_then(|bump| drawn(bump, work.seed));
@@ -161,10 +174,7 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
     let gauge = true_from_calibrated(&room.emitters(), &prepared.emitters).map_err(Refused::at(Step::Marker))?;
     Ok(Ready {
         quiet: room.quiet().map_err(Refused::at(Step::Chain))?,
-        chain: planted(work.stratum, chain).ok_or_else(|| Refused {
-            step: Step::Chain,
-            why: "the planted error cannot be".to_owned(),
-        })?,
+        chain: planted(work.stratum, chain).ok_or_else(|| Refused::at(Step::Chain)("the planted error cannot be"))?,
         truth: True {
             registered,
             ct_from_reference: room.ct_from_reference(),
@@ -318,6 +328,21 @@ impl Ready {
             }
             None => row,
         }
+    }
+}
+
+/// What is told of a registration that a step refused: its own error at the target. The refusal is judged as one of the check is.
+fn misplaced(registration: &Misplaced, max_mm: f64, target: Point<Ct>, row: Row) -> Row {
+    let told = alone(&registration.found, registration.truly, target);
+    let mut links = row.links;
+    links[0] = [length(told.error), told.rms_mm];
+    Row {
+        right: Some(length(told.error) > told.ball_95_mm.min(max_mm)),
+        tre_mm: length(told.error),
+        predicted_mm: told.ball_95_mm,
+        nees: told.nees.unwrap_or(f64::NAN),
+        links,
+        ..row
     }
 }
 

@@ -1,8 +1,10 @@
 //! What is studied: the study files, checked, with places and reasons.
 
+mod at;
 mod check;
 mod error;
 mod raw;
+mod surface;
 mod sweep;
 
 use std::path::{Path, PathBuf};
@@ -10,6 +12,7 @@ use std::path::{Path, PathBuf};
 use phantom::{Landmark, Phantom};
 
 pub use error::PlanError;
+pub use surface::Surface;
 pub use sweep::{Factor, Sweep};
 
 /// The longest study file, bytes.
@@ -50,8 +53,10 @@ pub struct Dials {
     pub radius_mm: f64,
     /// The examination.
     pub ct: Ct,
-    /// What is touched to register.
+    /// The beads in the examination, of which some are touched to register.
     pub beads: Beads,
+    /// The bone's surface is seen by ultrasound to register, and of the beads one is touched, to check that.
+    pub surface: Option<Surface>,
     /// The diameter of all beads on the skin: balls of metal.
     pub bead_mm: f64,
     /// The balls of emitters on tool and patient.

@@ -22,9 +22,18 @@ const SETTLED_S: f64 = 1.4;
 pub(crate) const DIVOT_MM: [f64; 3] = [260.0, -60.0, 0.0];
 const BASE: &str =
     "quaternion = [0.7071067811865476, 0.7071067811865476, 0.0, 0.0], translation_mm = [280.0, -40.0, 60.0]";
-/// The tool's name, and its length from the tip to the handle, mm.
-pub(crate) const TOOL: &str = "mediastinoscope";
+/// The tube's length from the tip to the handle, mm.
 pub(crate) const LENGTH_MM: f64 = 180.0;
+/// The tool of an operation.
+pub(crate) const TUBE: Held = Held {
+    name: "mediastinoscope",
+    length_mm: LENGTH_MM,
+};
+/// The ultrasound probe, from the middle of its face: its marker is 160 mm behind that, and 60 mm beside.
+pub(crate) const PROBE: Held = Held {
+    name: "probe",
+    length_mm: 60.0,
+};
 /// Where the localizer stands, as a scene has it that says nothing of it: the first and the third number of the quaternion, and mm.
 const STANDS_QUATERNION: [f64; 2] = [0.948_683_298_050_513_8, -0.316_227_766_016_837_94];
 const STANDS_MM: [f64; 3] = [1380.0, 0.0, -1840.0];
@@ -33,6 +42,14 @@ const REFERENCE_MM: [f64; 3] = [150.0, -120.0, -150.0];
 const REFERENCE_AXIS: [f64; 3] = [2.0 / 7.0, 3.0 / 7.0, 6.0 / 7.0];
 /// The diameter of a hand that comes between, mm.
 const HAND_MM: f64 = 45.0;
+
+/// A tool with a marker.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    pub(crate) name: &'static str,
+    /// From the tip to the handle.
+    length_mm: f64,
+}
 
 /// What is truly there.
 pub(crate) struct TrueRoom {
@@ -45,11 +62,19 @@ pub(crate) struct TrueRoom {
     now_s: f64,
 }
 
+impl Held {
+    /// As a scene has it.
+    fn text(self) -> String {
+        let Self { name, length_mm } = self;
+        format!("[tool]\nname = \"{name}\"\nlength_mm = {length_mm}\n")
+    }
+}
+
 impl TrueRoom {
-    /// The room of an operation of this seed.
-    pub(crate) fn new(stratum: &Stratum, seed: u64) -> Result<Self, Words> {
+    /// The room of an operation of this seed, with this tool in it.
+    pub(crate) fn new(stratum: &Stratum, held: Held, seed: u64) -> Result<Self, Words> {
         let dials = &stratum.dials;
-        let scene = parsed(&truth_text(dials, seed))?;
+        let scene = parsed(&truth_text(dials, held, seed))?;
         let TrackerSource::OperatingRoom(room) = &scene.tracker.source else {
             return Err("the study's own scene has no room".into());
         };
@@ -142,14 +167,18 @@ impl TrueRoom {
     }
 }
 
-/// What the chain makes of one frame.
-fn hear(frame: &Frame, markers: &mut Markers, heard: &mut HeardPoses) {
+/// The pose that the chain makes of one frame, against the marker on the patient; `None` where he has none.
+///
+/// # Errors
+/// Why there is no pose, in words.
+pub(crate) fn seen(frame: &Frame, markers: &mut Markers) -> Result<Option<Uncertain<Reference, Marker>>, String> {
     let message = frame.message(frame.t_capture_ns, frame.t_arrival_ns);
-    let pose = markers.see(&message, frame.t_arrival_ns).map(|seen| {
-        let pose = seen.reference.map(|reference| reference.inverse() * seen.marker);
-        pose.and_then(stand_in)
-    });
-    match pose {
+    let seen = markers.see(&message, frame.t_arrival_ns)?;
+    Ok(seen.reference.map(|reference| reference.inverse() * seen.marker))
+}
+
+fn hear(frame: &Frame, markers: &mut Markers, heard: &mut HeardPoses) {
+    match seen(frame, markers).map(|pose| pose.and_then(stand_in)) {
         Ok(Some(pose)) => {
             heard.poses.push(pose);
             heard.times_s.push(frame.t_capture_ns as f64 / 1e9);
@@ -190,16 +219,17 @@ fn made(emitters: &mut Emitters<Marker>, made_mm: f64, chance: Chance) {
 }
 
 /// The scene of what is truly there, emitters where they were to be put.
-fn truth_text(dials: &Dials, seed: u64) -> String {
+fn truth_text(dials: &Dials, held: Held, seed: u64) -> String {
     let (marker, localizer, touch) = (dials.marker, dials.localizer, dials.touch);
     let [x, y, z] = DIVOT_MM;
     // What a seed of a scene may be is bounded by TOML's integers.
     let mut text = format!(
-        "seed = {}\n[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"operating-room\"\nrate_hz = {}\n\
+        "seed = {}\n{}[tracker]\nsource = \"operating-room\"\nrate_hz = {}\n\
          {}[tracker.room.marker]\ncone_deg = {}\nemitters = [{}]\n{}ct_from_reference = {}\n\
          [tracker.room.localizer]\nacross_mm = {}\ndepth_mm = {}\n\
          [tracker.room.practice]\ndivot_ct_mm = [{x}, {y}, {z}]\nct_from_base = {{ {BASE} }}\ntouch_error_mm = {}\ntremor_mm = {}\n",
         seed >> 1,
+        held.text(),
         localizer.rate_hz,
         standing(&localizer),
         marker.cone_deg,
@@ -302,16 +332,17 @@ fn ball(dials: &Dials) -> String {
 }
 
 /// What the tracker's scene says before calibration and registration: the emitters as they were calibrated.
-pub(crate) fn tracker_text(dials: &Dials, emitters: &[Point<Marker>]) -> String {
+pub(crate) fn tracker_text(dials: &Dials, held: Held, emitters: &[Point<Marker>]) -> String {
     let one = |place: &Point<Marker>| {
         let [x, y, z] = place.mm();
         format!("{{ at_mm = [{x:?}, {y:?}, {z:?}] }}")
     };
     let list: Vec<String> = emitters.iter().map(one).collect();
     format!(
-        "[tool]\nname = \"{TOOL}\"\nlength_mm = {LENGTH_MM}\n[tracker]\nsource = \"emitters\"\n\
+        "{}[tracker]\nsource = \"emitters\"\n\
          [tracker.emitters.marker]\nemitters = [{}]\n{}\
          [tracker.emitters.localizer]\nacross_mm = {:?}\ndepth_mm = {:?}\n",
+        held.text(),
         list.join(", "),
         reference_text("tracker.emitters", dials),
         dials.localizer.across_mm,
@@ -336,7 +367,7 @@ mod tests {
             let text =
                 format!("[[stratum]]\nname = \"a\"\nlocalizer = {{ turned_deg = {deg:?}, moved_mm = {moved:?} }}");
             let plan = Plan::of_texts([(Path::new("a.toml"), text.as_str())]).unwrap();
-            let scene = parsed(&truth_text(&plan.strata[0].dials, 4)).unwrap();
+            let scene = parsed(&truth_text(&plan.strata[0].dials, TUBE, 4)).unwrap();
             let usual = parsed("[tracker]\nsource = \"operating-room\"\n[tracker.room]\n").unwrap();
             let none = Vector::new(0.0, 0.0, 0.0);
             let turn =

@@ -1,6 +1,10 @@
 //! From frames of emitters to the files of a tool and of a registration: each step is a command of `calib` on files.
 
+mod marker;
 mod on_base;
+mod sequence;
+mod surface;
+mod wires;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,24 +12,22 @@ use std::path::{Path, PathBuf};
 use bus::message::Practice;
 use calib::registration::{Method, Pairs, fit};
 use calib_cli::cli::{Hands, answer};
-use calib_cli::{BeadsFile, CalibrationFile, Loaded, practice};
+use calib_cli::{BeadsFile, Loaded, practice};
 use chance::Chance;
-use geometry::{Ct, Marker, Point, Rigid, Tool, Vector};
+use geometry::{Ct, Marker, Point, Reference, Rigid, Tool, Uncertain};
 use scene::Scene;
 use tracker_proc::chain::Chain;
-use tracker_proc::operating_room::Frame;
-use tracker_proc::{Markers, chain_of_files};
+use tracker_proc::chain_of_files;
 
 use crate::Words;
 use crate::plan::Stratum;
-use crate::room::{DIVOT_MM, TOOL, TrueRoom, farther, parsed, tracker_text};
+use crate::room::{DIVOT_MM, TUBE, TrueRoom, tracker_text};
+pub(crate) use marker::Prepared;
 
 /// The name of the tool's marker in files.
 const MARKER: &str = "ball";
 /// How long the tool is left in its seat, s.
 const SEATED_S: f64 = 3.0;
-/// Where the marker is turned before the localizer, mm in the CT.
-const TURNED_AT_MM: [f64; 3] = [0.0, -300.0, 100.0];
 
 /// A step of an operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -48,6 +50,12 @@ pub(crate) enum Step {
     Chain,
     /// A known point is touched.
     Check,
+    /// The ultrasound probe: its marker, and its image.
+    Probe,
+    /// Bone in the images of a sweep.
+    Sweep,
+    /// The registration by the bone's surface.
+    Surface,
 }
 
 impl Step {
@@ -63,6 +71,9 @@ impl Step {
             Self::Match => "match",
             Self::Chain => "chain",
             Self::Check => "check",
+            Self::Probe => "probe",
+            Self::Sweep => "sweep",
+            Self::Surface => "surface",
         }
     }
 }
@@ -72,6 +83,17 @@ impl Step {
 pub(crate) struct Refused {
     pub(crate) step: Step,
     pub(crate) why: String,
+    /// The registration that was refused, where there was one.
+    pub(crate) registration: Option<Box<Misplaced>>,
+}
+
+/// A registration that was not taken.
+#[derive(Debug)]
+pub(crate) struct Misplaced {
+    /// As it was found.
+    pub(crate) found: Uncertain<Ct, Reference>,
+    /// Where the marker on the patient truly was.
+    pub(crate) truly: Rigid<Ct, Reference>,
 }
 
 impl Refused {
@@ -79,6 +101,7 @@ impl Refused {
         move |error| Self {
             step,
             why: error.to_string(),
+            registration: None,
         }
     }
 }
@@ -113,13 +136,6 @@ pub(crate) struct Work<'a> {
     pub(crate) folder: &'a Path,
 }
 
-/// What a registration rests on, and what it is of.
-pub(crate) struct Prepared {
-    pub(crate) markers: Markers,
-    /// The emitters as they were calibrated.
-    pub(crate) emitters: Vec<Point<Marker>>,
-}
-
 /// What the commands of `calib` are given; volumes are read by `volume-loader`, and there is no run.
 pub(crate) const HANDS: Hands = Hands {
     load: |spec| {
@@ -152,56 +168,6 @@ impl Work<'_> {
         answer(words, HANDS).map_err(Refused::at(step))
     }
 
-    /// The tool's marker, turned to all sides before the localizer.
-    pub(crate) fn marker(&self, room: &mut TrueRoom) -> Result<Prepared, Refused> {
-        let refused = Refused::at::<Words>(Step::Marker);
-        let marker_from_tool = room.room.marker_from_tool;
-        let count = self.stratum.dials.calibration.marker_frames;
-        let poses = (0..count).map(|k| turned(k, count) * marker_from_tool);
-        let frames = room.held(poses);
-        fs::write(self.file("frames.csv"), frames_text(&frames)).map_err(Refused::at(Step::Marker))?;
-        let localizer = self.stratum.dials.localizer;
-        let (frames, out) = (self.named("frames.csv"), self.named("marker.json"));
-        // The deviations where the marker is turned: they grow with the distance, those in depth with its square.
-        let times = farther(&localizer, TURNED_AT_MM);
-        let [across, depth] =
-            [localizer.across_mm * times, localizer.depth_mm * times * times].map(|mm| mm.to_string());
-        let count = self.stratum.dials.marker.emitters.to_string();
-        let words = [
-            "marker",
-            &frames,
-            "--sigma-mm",
-            &across,
-            "--depth-sigma-mm",
-            &depth,
-            "--emitters",
-            &count,
-            "--tool",
-            TOOL,
-            "--marker",
-            MARKER,
-            "--out",
-            &out,
-        ];
-        self.calib(Step::Marker, &words)?;
-        let emitters = self.calibrated().map_err(&refused)?;
-        let scene = parsed(&tracker_text(&self.stratum.dials, &emitters)).map_err(&refused)?;
-        let markers = Markers::of(&scene).map_err(Refused::at(Step::Marker))?;
-        Ok(Prepared { markers, emitters })
-    }
-
-    /// The emitters of `marker.json`.
-    fn calibrated(&self) -> Result<Vec<Point<Marker>>, Words> {
-        let text = fs::read_to_string(self.file("marker.json"))?;
-        let file: CalibrationFile = serde_json::from_str(&text)?;
-        let body = file.marker_body.ok_or("marker.json has no marker")?;
-        let place = |emitter: Option<calib_cli::EmitterRecord>| {
-            let [x, y, z] = emitter.ok_or("an emitter was seen too seldom")?.at_mm;
-            Ok(Point::new(x, y, z))
-        };
-        body.emitters.into_iter().map(place).collect()
-    }
-
     /// The tip in its divot, the base touched with it, the tool in its seat: `tool.json`.
     pub(crate) fn tool(&self, room: &mut TrueRoom, prepared: &mut Prepared) -> Result<(), Refused> {
         let [x, y, z] = DIVOT_MM;
@@ -209,7 +175,7 @@ impl Work<'_> {
         let seconds = self.stratum.dials.calibration.pivot_s;
         self.recorded(Step::Pivot, room, prepared, (&pivot, seconds), "pivot.csv")?;
         let (poses, tip) = (self.named("pivot.csv"), self.named("tip.json"));
-        let names = ["--tool", TOOL, "--marker", MARKER];
+        let names = ["--tool", TUBE.name, "--marker", MARKER];
         let words = [&["pivot", "--poses", &poses, "--out", &tip][..], &names].concat();
         self.calib(Step::Pivot, &words)?;
         self.touched_base(room, prepared)?;
@@ -247,7 +213,7 @@ impl Work<'_> {
                 "none of {} frames shows the marker; the last: {}",
                 heard.lost, heard.why
             );
-            return Err(Refused { step, why });
+            return Err(Refused::at(step)(why));
         }
         heard.write(&self.file(name)).map_err(Refused::at(step))
     }
@@ -277,7 +243,7 @@ impl Work<'_> {
         let seconds = self.stratum.dials.touch.seconds;
         let heard = room.listen(practice, seconds, &mut prepared.markers);
         let heard = heard.map_err(|error| error.to_string())?;
-        let place = heard.touch((name, TOOL, frame), &self.file(tip), &self.file(to), seconds);
+        let place = heard.touch((name, TUBE.name, frame), &self.file(tip), &self.file(to), seconds);
         place.map_err(|error| error.to_string())
     }
 
@@ -304,7 +270,7 @@ impl Work<'_> {
 
     /// The chain that a tracker makes of the scene with these files, in a run of the CT of this hash.
     pub(crate) fn chain(&self, prepared: &Prepared, ct_hash: &str, region: Point<Ct>) -> Result<Chain, Refused> {
-        let text = tracker_text(&self.stratum.dials, &prepared.emitters)
+        let text = tracker_text(&self.stratum.dials, TUBE, &prepared.emitters)
             + "[tracker.calibration]\nfile = \"tool.json\"\nmarker = \"ball\"\n[tracker.registration]\nfile = \"registration.json\"\n";
         let path = self.file("scene.toml");
         fs::write(&path, text).map_err(Refused::at(Step::Chain))?;
@@ -378,33 +344,6 @@ pub(crate) fn true_from_calibrated(
 fn listed<F>(p: Point<F>) -> String {
     let [x, y, z] = p.mm();
     format!("{x},{y},{z}")
-}
-
-/// The marker's pose in the `k`-th of so many views, to all sides in small steps.
-fn turned(k: u64, count: u64) -> Rigid<Ct, Marker> {
-    let share = k as f64 / count as f64;
-    let none = Vector::new(0.0, 0.0, 0.0);
-    let about = |axis: [f64; 3]| {
-        let [x, y, z] = axis;
-        // Any vector of finite numbers is a rotation.
-        Rigid::<Marker, Marker>::from_rotation_vector(Vector::new(x, y, z), none).unwrap_or(Rigid::identity())
-    };
-    let pi = std::f64::consts::PI;
-    let turn = about([pi * share, 0.0, 0.0]) * about([0.0, 0.0, 12.0 * pi * share]);
-    let [x, y, z] = TURNED_AT_MM;
-    Rigid::from_parts(turn.rotation(), Vector::new(x, y, z))
-}
-
-/// Frames as `calib marker` reads them.
-fn frames_text(frames: &[Frame]) -> String {
-    let mut text = "frame,emitter,x,y,z\n".to_owned();
-    for (number, frame) in frames.iter().enumerate() {
-        for sighting in &frame.tool {
-            let [x, y, z] = sighting.place.mm();
-            text += &format!("{number},{},{x},{y},{z}\n", sighting.emitter);
-        }
-    }
-    text
 }
 
 /// The tool's true frame in its marker.

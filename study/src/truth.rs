@@ -136,6 +136,29 @@ pub(crate) fn told(
     })
 }
 
+/// What is told of a registration by itself.
+pub(crate) struct Alone {
+    /// How far it is off at the target, mm.
+    pub(crate) error: [f64; 3],
+    /// The ball that holds 95 of 100 by its own covariance, and the root mean square, mm.
+    pub(crate) ball_95_mm: f64,
+    pub(crate) rms_mm: f64,
+    /// `None` where there is no covariance.
+    pub(crate) nees: Option<f64>,
+}
+
+/// A registration at a target, of a patient whose marker truly is at `truly`: where his target is shown.
+pub(crate) fn alone(found: &Uncertain<Ct, Reference>, truly: Rigid<Ct, Reference>, target: Point<Ct>) -> Alone {
+    let at = *found * (truly.inverse() * target);
+    let error = (at.point() - target).mm();
+    Alone {
+        error,
+        ball_95_mm: at.radius_95_mm(),
+        rms_mm: at.rms_mm(),
+        nees: nees(&at.covariance(), error),
+    }
+}
+
 fn stated(found: [f64; 3], at: geometry::UncertainPoint<Ct>) -> LinkError {
     LinkError {
         found,
@@ -197,6 +220,29 @@ mod tests {
         let covariance = nalgebra::Matrix3::from_diagonal(&Vector3::new(4.0, 1.0, 0.25));
         assert!((nees(&covariance, [2.0, 1.0, 1.0]).unwrap() - 6.0).abs() < 1e-12);
         assert_eq!(nees(&nalgebra::Matrix3::zeros(), [2.0, 1.0, 1.0]), None);
+    }
+
+    /// By matrices: where the marker on the patient is shown, and where it is.
+    #[test]
+    fn a_registration_by_itself_is_off_by_what_it_moves_the_target() {
+        let rigid = |turn: [f64; 3], shift: [f64; 3]| {
+            let [[a, b, c], [x, y, z]] = [turn, shift];
+            Rigid::<Ct, Reference>::from_rotation_vector(Vector::new(a, b, c), Vector::new(x, y, z)).unwrap()
+        };
+        let homogeneous =
+            |turn: [f64; 3], shift: [f64; 3]| nalgebra::Isometry3::new(shift.into(), turn.into()).to_homogeneous();
+        let truly = ([0.3, -1.2, 0.4], [150.0, -120.0, -150.0]);
+        let found = ([0.31, -1.19, 0.41], [152.0, -121.0, -149.5]);
+        let target = nalgebra::Vector4::new(-20.0, 35.0, 60.0, 1.0);
+        let inverse = homogeneous(truly.0, truly.1).try_inverse().unwrap();
+        let off = homogeneous(found.0, found.1) * inverse * target - target;
+        let covariance = nalgebra::Matrix6::from_diagonal_element(1e-4);
+        let uncertain = Uncertain::new(rigid(found.0, found.1), covariance).unwrap();
+        let told = alone(&uncertain, rigid(truly.0, truly.1), Point::new(-20.0, 35.0, 60.0));
+        for k in 0..3 {
+            assert!((told.error[k] - off[k]).abs() < 1e-9, "{:?} {off}", told.error);
+        }
+        assert!(length(told.error) > 1.0 && told.ball_95_mm > told.rms_mm && told.nees.unwrap() > 0.0);
     }
 
     #[test]

@@ -24,14 +24,10 @@ use crate::record::{Ended, Row};
 /// The folder of recordings in that of a study.
 const WORST: &str = "worst";
 /// Files of an operation that are kept beside its recording.
-const BESIDE: [&str; 6] = [
-    "marker.json",
-    "tip.json",
-    "base.json",
-    "touched.csv",
-    "tool.json",
-    "registration.json",
-];
+const BESIDE: [&str; 5] = ["marker.json", "tip.json", "base.json", "tool.json", "registration.json"];
+/// What it was registered by, besides: beads that were touched, or the bone's surface.
+const BY_BEADS: [&str; 1] = ["touched.csv"];
+const BY_SURFACE: [&str; 4] = ["probe-marker.json", "probe.json", "seen.csv", "guess.json"];
 
 /// One operation that is kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -170,7 +166,11 @@ fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Ro
         return Err("done once more it is another operation than the one that stands in operations.csv".into());
     }
     let beside = tempfile::Builder::new().prefix("making-").tempdir_in(&all)?;
-    for name in BESIDE {
+    let by: &[&str] = match stratum.dials.surface {
+        Some(_) => &BY_SURFACE,
+        None => &BY_BEADS,
+    };
+    for name in BESIDE.iter().chain(by) {
         fs::copy(scratch.path().join(name), beside.path().join(name))?;
     }
     recording::write(beside.path(), stratum, &again, (&targets, at))?;

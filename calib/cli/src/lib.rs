@@ -53,3 +53,4 @@ pub use register::file::{
     Transform, Units, VERSION,
 };
 pub use steps::hand as practice;
+pub use surface::REFUSED_FORMAT;

@@ -42,6 +42,9 @@ use start::{Begin, Begun};
 /// Name of the frame of the bone.
 const TO: &str = "ct";
 
+/// The format of a result that was refused: no reader of registrations takes it.
+pub const REFUSED_FORMAT: &str = "trocar-refused-registration";
+
 /// How far beyond what is told of a guess a result may lie: the search begins within, and a fit goes a little on from there.
 const BEYOND: f64 = 1.2;
 
@@ -63,6 +66,8 @@ struct Asked {
     ct_hash: Option<String>,
     marker: Option<String>,
     out: Option<PathBuf>,
+    /// Where a result goes that is refused.
+    keep_refused: Option<PathBuf>,
     picture: Option<PathBuf>,
     json: bool,
     /// What is not against the result, and should be known.
@@ -111,7 +116,7 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
         false if made.against().is_empty() => report::text(&made, &file, refused.is_none()) + &judged,
         false => report::text(&made, &file, false) + &gates_text(&file.gates),
     };
-    let written = match (&asked.out, &refused) {
+    let mut written = match (&asked.out, &refused) {
         (Some(out), None) => {
             store::write(out, file.to_json(), asked.inputs(bone).chain([asked.points.as_path()]))?;
             format!("\nwritten to {}\n", out.display())
@@ -119,6 +124,11 @@ fn register(bone: &Bone, asked: &Asked, scened: Option<&SceneContext>) -> Result
         (Some(out), Some(_)) => format!("\nnot written to {}\n", out.display()),
         (None, _) => String::new(),
     };
+    if let (Some(path), Some(_)) = (&asked.keep_refused, &refused) {
+        REFUSED_FORMAT.clone_into(&mut file.format);
+        store::write(path, file.to_json(), asked.inputs(bone).chain([asked.points.as_path()]))?;
+        written += &format!("kept in {}, by which nothing is registered\n", path.display());
+    }
     if !asked.json {
         text += &written;
     }

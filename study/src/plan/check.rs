@@ -1,14 +1,15 @@
 //! From what a study file says to what is done.
 
-use std::fmt::{Debug, Display};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 use geometry::Point;
 use phantom::Phantom;
 
+use super::at::At;
 use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
+use super::surface;
 use super::sweep::{self, Sweep};
 use super::{Beads, Bump, Calibration, Ct, Dials, Localizer, Marker, Planted, PlantedIn, Stratum, Touch};
 
@@ -24,41 +25,6 @@ const FAR: RangeInclusive<f64> = -20_000.0..=20_000.0;
 const FRONT: [usize; 4] = [0, 1, 4, 5];
 /// In the order in which more of them are touched: the first three lie far apart already.
 const SPREAD: [usize; 7] = [5, 3, 6, 7, 1, 2, 4];
-
-/// Where something stands: the file, the stratum.
-struct At<'a> {
-    path: &'a Path,
-    of: String,
-}
-
-impl At<'_> {
-    fn wrong(&self, key: &str, found: impl Debug, expected: impl Into<String>) -> PlanError {
-        PlanError::Value {
-            path: self.path.to_owned(),
-            place: format!("{}: {key}", self.of),
-            found: format!("{found:?}"),
-            expected: expected.into(),
-        }
-    }
-
-    /// The stratum's own value, else that of all, else the usual one, within a range.
-    fn within<T>(
-        &self,
-        key: &str,
-        [own, all]: [Option<T>; 2],
-        usual: T,
-        range: RangeInclusive<T>,
-    ) -> Result<T, PlanError>
-    where
-        T: PartialOrd + Display + Debug + Copy,
-    {
-        let value = own.or(all).unwrap_or(usual);
-        match range.contains(&value) {
-            true => Ok(value),
-            false => Err(self.wrong(key, value, format!("{} to {} is allowed", range.start(), range.end()))),
-        }
-    }
-}
 
 /// The strata of one file, and the sweep that the last of them are; `before` strata stand before them in the plan.
 pub(super) fn strata(path: &Path, text: &str, before: usize) -> Result<(Vec<Stratum>, Option<Sweep>), PlanError> {
@@ -114,6 +80,7 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
         targets: targets(at, own.targets.as_ref().or(all.targets.as_ref()))?,
         radius_mm: at.within("radius_mm", [own.radius_mm, all.radius_mm], 5.0, 0.5..=50.0)?,
         beads: beads(at, &own.beads, &all.beads)?,
+        surface: surface::surface(at, own, all)?,
         bead_mm: at.within(
             "beads.diameter_mm",
             [own.beads.diameter_mm, all.beads.diameter_mm],

@@ -27,6 +27,8 @@ pub(super) struct RawDials {
     pub(super) radius_mm: Option<f64>,
     pub(super) ct: RawCt,
     pub(super) beads: RawBeads,
+    pub(super) registration: Option<String>,
+    pub(super) surface: Option<RawSurface>,
     pub(super) marker: RawMarker,
     pub(super) reference: RawReference,
     pub(super) localizer: RawLocalizer,
@@ -54,6 +56,18 @@ pub(super) struct RawBeads {
     pub(super) touched: Option<u64>,
     pub(super) places: Option<String>,
     pub(super) at_mm: Option<Vec<[f64; 3]>>,
+}
+
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RawSurface {
+    pub(super) share: Option<f64>,
+    pub(super) every: Option<u64>,
+    pub(super) speed_percent: Option<f64>,
+    pub(super) guess_mm: Option<f64>,
+    pub(super) wire_images: Option<u64>,
+    pub(super) phantom_mm: Option<f64>,
+    pub(super) phantom_deg: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

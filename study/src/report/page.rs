@@ -58,10 +58,16 @@ pub(super) fn markdown(plan: &Plan, tables: &[Table]) -> String {
 
 fn what(plan: &Plan) -> String {
     let images = images::count(plan);
+    let bones = match plan.strata.iter().any(|stratum| stratum.dials.surface.is_some()) {
+        true => {
+            " The bone that some register by is one pelvis, taken from each of these images once: its errors are the same for all that share the image."
+        }
+        false => "",
+    };
     format!(
         "{} operations in {} strata of {}, hash {}. In silico throughout: patient, scanner, localizer and operator are simulated, and the \
          truth is the simulator's. {images} different examinations are used: operations of a stratum share them in turn, and so do strata whose CTs \
-         are of the same numbers. All else is made anew for each operation. Tables tell of what was not refused.",
+         are of the same numbers. All else is made anew for each operation. Tables tell of what was not refused.{bones}",
         plan.operations(),
         plan.strata.len(),
         plan.files.join(", "),
@@ -87,7 +93,8 @@ fn replays(kept: &[Kept]) -> String {
 fn limits() -> String {
     "<h2>What this does not say</h2>\n<p>No person, no tissue and no real localizer was measured. The scanner has neither streaks nor distortion, the beads do \
      not move on the skin, the noise of the localizer is white and normal and is stated as it is, the reference's emitters are as \
-     drawn, and the base is as drawn but for its seat.</p>\n"
+     drawn, and the base is as drawn but for its seat. Ultrasound is simulated: tissue does not give way to the probe, and the probe is \
+     calibrated in a tank whose sound is as fast as the scanner takes it for.</p>\n"
         .to_owned()
 }
 

@@ -9,6 +9,17 @@ use crate::truth::LINKS;
 /// Errors that shares are told of, mm.
 pub const WITHIN_MM: [f64; 3] = [1.0, 2.0, 5.0];
 
+/// What a step refused.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Refusals {
+    /// Lines.
+    pub lines: usize,
+    /// Those that were right, and those that were not.
+    pub judged: [usize; 2],
+    /// Of those that are known the true errors, sorted, and the radii that were predicted of them, mm.
+    pub known_mm: [Vec<f64>; 2],
+}
+
 /// The numbers of a stratum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
@@ -44,8 +55,8 @@ pub struct Summary {
     pub lost: f64,
     /// Root mean square of what each link has made of the error, and of its own prediction, mm.
     pub links: [[f64; 2]; LINKS.len()],
-    /// Refusals by step: lines, those that were right, those that were not.
-    pub refusals: BTreeMap<String, [usize; 3]>,
+    /// Refusals by step.
+    pub refusals: BTreeMap<String, Refusals>,
     /// Operations whose marker was moved before the check and passed it all the same, and all that were moved before it.
     pub missed: [usize; 2],
 }
@@ -117,16 +128,24 @@ impl Summary {
     }
 }
 
-fn refusals(rows: &[&Row]) -> BTreeMap<String, [usize; 3]> {
-    let mut all: BTreeMap<String, [usize; 3]> = BTreeMap::new();
+fn refusals(rows: &[&Row]) -> BTreeMap<String, Refusals> {
+    let mut all: BTreeMap<String, Refusals> = BTreeMap::new();
     for row in rows.iter().filter(|row| row.ended == Ended::Refused) {
-        let counts = all.entry(row.step.clone()).or_default();
-        counts[0] += 1;
+        let of = all.entry(row.step.clone()).or_default();
+        of.lines += 1;
         match row.right {
-            Some(true) => counts[1] += 1,
-            Some(false) => counts[2] += 1,
+            Some(true) => of.judged[0] += 1,
+            Some(false) => of.judged[1] += 1,
             None => {}
         }
+        if row.is_within().is_some() {
+            for (all, mm) in of.known_mm.iter_mut().zip([row.tre_mm, row.predicted_mm]) {
+                all.push(mm);
+            }
+        }
+    }
+    for mm in all.values_mut().flat_map(|of| &mut of.known_mm) {
+        mm.sort_by(f64::total_cmp);
     }
     all
 }

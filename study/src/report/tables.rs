@@ -1,6 +1,6 @@
 //! The tables of strata: what the page and `tables.md` hold.
 
-use super::summary::{Summary, WITHIN_MM};
+use super::summary::{Refusals, Summary, WITHIN_MM};
 use super::table::{Table, bad, length, percent, plain};
 use crate::plan::Plan;
 use crate::record::Row;
@@ -129,7 +129,7 @@ fn budget(summaries: &[Summary]) -> Table {
     let links = LINKS.iter().map(|link| format!("{link}: found / predicted, mm"));
     table.head.extend(links);
     table.noted(
-        "registration: touches, tool and CT of the registration; bump: the marker on the patient was moved on it; reference and frame: the noise of the last \
+        "registration: touches, tool and CT of the registration, or images of the bone, the probe's calibration and the bone that was taken from the CT; bump: the marker on the patient was moved on it; reference and frame: the noise of the last \
          frame at the patient's marker and at the tool's; marker: the calibrated emitters; tool: tip, base and seat. Nobody predicts a bump, nor \
          the error of calibrated emitters.",
     )
@@ -148,19 +148,34 @@ fn ways(summaries: &[Summary]) -> Table {
 }
 
 fn refused(summaries: &[Summary]) -> Table {
-    let head = ["stratum", "step", "lines", "right", "wrong", "not to be judged"];
-    let rows = summaries.iter().flat_map(|s| {
-        s.refusals.iter().map(move |(step, [all, right, wrong])| {
-            vec![
-                plain(&s.name),
-                plain(step),
-                plain(all),
-                plain(right),
-                plain(wrong),
-                plain(all - right - wrong),
-            ]
-        })
-    });
+    let head = [
+        "stratum",
+        "step",
+        "lines",
+        "right",
+        "wrong",
+        "not to be judged",
+        "error of what was refused, median, mm",
+        "at most",
+        "predicted radius of 95 %, median",
+    ];
+    let row = |name: &str, step: &str, of: &Refusals| {
+        let [right, wrong] = of.judged;
+        let counts = [of.lines, right, wrong, of.lines - right - wrong].map(plain);
+        // Those of the middle are in the file.
+        let median = |mm: &[f64]| mm.get(mm.len() / 2).copied();
+        let [errors, radii] = &of.known_mm;
+        let known = [median(errors), errors.last().copied(), median(radii)];
+        let known = known.map(|mm| plain(mm.map_or_else(String::new, |mm| format!("{mm:.2}"))));
+        [plain(name), plain(step)]
+            .into_iter()
+            .chain(counts)
+            .chain(known)
+            .collect::<Vec<_>>()
+    };
+    let rows = summaries
+        .iter()
+        .flat_map(|s| s.refusals.iter().map(move |(step, of)| row(&s.name, step, of)));
     let mut table = Table::new("Refusals", &head, rows);
     for s in summaries.iter().filter(|s| s.missed[1] > 0) {
         let [missed, moved] = s.missed;
@@ -170,8 +185,10 @@ fn refused(summaries: &[Summary]) -> Table {
         ));
     }
     table.noted(
-        "A refusal of the check is right where the registration is truly off at the target by more than the radius that its own covariance gives for 95 of 100, \
-         or by more than is allowed. What was refused before there was a registration, and a check that could not be made, cannot be judged.",
+        "A refusal of the check, and of a registration by the bone's surface, is right where the registration is truly off at the target by more than the radius \
+         that its own covariance gives for 95 of 100, or by more than a check allows. So one is wrong that was made because the predicted error was too large, where \
+         the true one was no larger than that; it promised no more. What was refused before there was a registration, and a check that could not be made, cannot be \
+         judged. The error is the registration's own, but for the check's, where it is the tool's as it would have been shown.",
     )
 }
 

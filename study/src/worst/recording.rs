@@ -17,7 +17,7 @@ use crate::Words;
 use crate::approach::Shot;
 use crate::operation::Again;
 use crate::plan::{Dials, Stratum};
-use crate::room::tracker_text;
+use crate::room::{TUBE, tracker_text};
 use crate::truth::understated;
 
 /// The recording's name.
@@ -161,7 +161,7 @@ fn guide(target: &scene::Target) -> Guide {
 fn scene_text(dials: &Dials, again: &Again, targets: &[Landmark]) -> String {
     let mut text = format!(
         "{}[volume]\nsource = \"ct.mha\"\n",
-        tracker_text(dials, &again.emitters)
+        tracker_text(dials, TUBE, &again.emitters)
     );
     text += "[tracker.calibration]\nfile = \"tool.json\"\nmarker = \"ball\"\n[tracker.registration]\nfile = \"registration.json\"\n";
     text += &format!(

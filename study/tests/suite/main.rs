@@ -7,5 +7,6 @@ mod extremes;
 mod refused;
 mod resumed;
 mod support;
+mod surface;
 mod sweep;
 mod worst;

@@ -62,6 +62,26 @@ fn what_cannot_be_is_refused_with_its_place() {
             "nearer than 5 mm",
         ),
         (line, "all beads lie on a line to within 5 mm"),
+        (
+            "registration = \"landmarks\"",
+            "registration: found \"landmarks\"; \"beads\" or \"surface\" is allowed",
+        ),
+        (
+            "surface = { share = 0.5 }",
+            "surface: found \"a table\"; registration = \"surface\" must be said",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { share = 0.05 }",
+            "surface.share: found 0.05; 0.1 to 1 is allowed",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { every = 0 }",
+            "surface.every: found 0",
+        ),
+        (
+            "registration = \"surface\"\nsurface = { phantom_deg = nan }",
+            "surface.phantom_deg: found NaN",
+        ),
         ("planted = { mm = 1.0 }", "planted.link must say in which link"),
         (
             "planted = { link = \"probe\", mm = 1.0 }",
@@ -132,9 +152,23 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/extremes.toml"), 100),
         (include_str!("../../../config/study/factorial.toml"), 960),
         (include_str!("../../../config/study/fresh.toml"), 50),
+        (include_str!("../../../config/study/surface.toml"), 120),
     ] {
         assert_eq!(plan(text).operations(), operations);
     }
+}
+
+/// What all strata say of a sweep of images is of those alone that are registered by it.
+#[test]
+fn a_way_of_registration_is_a_dial_like_any_other() {
+    let text = "[all]\nsurface = { share = 0.5 }\n[sweep]\nregistration = [\"beads\", \"surface\"]";
+    let plan = plan(text);
+    let shares: Vec<Option<f64>> = plan
+        .strata
+        .iter()
+        .map(|stratum| stratum.dials.surface.map(|surface| surface.share))
+        .collect();
+    assert_eq!(shares, [None, Some(0.5)]);
 }
 
 #[test]

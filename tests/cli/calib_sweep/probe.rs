@@ -3,7 +3,7 @@
 
 #![allow(clippy::print_stdout, reason = "the figures of the registration")]
 
-#[path = "../../../benches/probe_walk/sounding.rs"]
+#[path = "../../../study/src/sounding.rs"]
 mod sounding;
 
 use std::fs;

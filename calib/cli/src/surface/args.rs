@@ -165,6 +165,7 @@ impl SurfaceArgs {
             marker: marker.map(|name| name.0),
             points: self.points,
             out: self.of.out,
+            keep_refused: self.of.keep_refused,
             picture: self.of.picture,
             json: self.json,
             warnings,

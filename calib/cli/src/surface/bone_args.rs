@@ -79,6 +79,9 @@ pub(crate) struct BoneArgs {
     /// Write the result here, as JSON
     #[arg(long, value_name = "FILE.json")]
     pub(super) out: Option<PathBuf>,
+    /// Write a result that is refused here, to be looked at: as --out, in a format of its own, so that nothing registers by it
+    #[arg(long, value_name = "FILE.json")]
+    pub(super) keep_refused: Option<PathBuf>,
     /// Draw the points on the bone from three sides; also where the result is refused
     #[arg(long, value_name = "FILE.png")]
     pub(super) picture: Option<PathBuf>,
@@ -113,16 +116,20 @@ impl BoneArgs {
 
     /// Refuses what cannot be written before the work is done.
     pub(super) fn check(&self) -> Result<(), CommandError> {
-        if let (Some(out), true) = (&self.out, self.out == self.picture) {
-            return Err(SurfaceCommandError::Twice { path: out.clone() }.into());
+        let outputs = [&self.out, &self.keep_refused, &self.picture].map(Option::as_ref);
+        for (i, out) in outputs.into_iter().enumerate() {
+            if let Some(out) = out.filter(|_| outputs[..i].contains(&out)) {
+                return Err(SurfaceCommandError::Twice { path: out.clone() }.into());
+            }
         }
         // Beside the bone lies what calib bone says of it, which the next one would look for there.
-        if let Some(out) = self.out.iter().find(|out| **out == self.bone.with_extension("json")) {
+        let beside = self.bone.with_extension("json");
+        if let Some(out) = outputs.into_iter().flatten().find(|out| **out == beside) {
             return Err(SurfaceCommandError::Beside { path: out.clone() }.into());
         }
-        let outputs = self.out.iter().chain(&self.picture);
         Ok(outputs
             .into_iter()
+            .flatten()
             .try_for_each(|out| store::check(out, self.overwrite))?)
     }
 

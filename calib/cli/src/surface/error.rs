@@ -208,7 +208,9 @@ pub(crate) enum SurfaceCommandError {
         FAR_MM
     )]
     FarTarget { target: [f64; 3] },
-    #[error("writing {path}: the result and the picture cannot both be there; give another --picture")]
+    #[error(
+        "writing {path}: a result, one that is refused and the picture cannot be in one file; give each another name"
+    )]
     Twice { path: PathBuf },
     #[error(
         "writing {path}: what lies beside a bone under its name says what it rests on (calib bone); give another --out"

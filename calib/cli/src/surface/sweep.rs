@@ -276,6 +276,7 @@ impl SweepArgs {
             marker: scened.registered_marker(None)?.map(|name| name.0),
             points: self.to.clone(),
             out: self.of.out.clone(),
+            keep_refused: self.of.keep_refused.clone(),
             picture: self.of.picture.clone(),
             json: false,
             warnings: Vec::new(),

@@ -156,6 +156,34 @@ fn what_must_not_be_used_is_refused_and_not_written() {
     }
 }
 
+/// It is there to be looked at: where it lay under the name that a tracker reads, it would be taken for one that was accepted.
+#[test]
+fn a_refused_result_is_kept_where_that_is_asked_and_nothing_reads_it_as_a_registration() {
+    let desk = Desk::new(160);
+    let common = format!("--points @p.csv --noise-mm {NOISE_MM} {TARGET} --ct-hash ab --shared-mm 0");
+    let made = desk
+        .surface(&format!("{common} --out @r.json --keep-refused @not.json"))
+        .unwrap();
+    assert!(
+        made.refused.is_none() && !desk.path("not.json").exists(),
+        "{}",
+        made.text
+    );
+    let why = desk.refused(&format!(
+        "{common} --max-tre-mm 0.01 --out @none.json --keep-refused @kept.json"
+    ));
+    assert!(why.contains("the error predicted at target 1"), "{why}");
+    assert!(!desk.path("none.json").exists());
+    let kept = fs::read_to_string(desk.path("kept.json")).unwrap();
+    let why = RegistrationFile::read(&desk.path("kept.json")).unwrap_err().to_string();
+    assert!(why.contains(super::REFUSED_FORMAT), "{why}");
+    assert!(calib::file::RegistrationFile::parse(&kept).is_err());
+    // But for its format it is what was found.
+    let kept: RegistrationFile = serde_json::from_str(&kept).unwrap();
+    let taken = RegistrationFile::read(&desk.path("r.json")).unwrap();
+    assert_eq!((kept.transform, kept.covariance), (taken.transform, taken.covariance));
+}
+
 #[test]
 fn columns_that_do_not_go_together_are_refused_with_their_place() {
     let desk = Desk::new(20);
@@ -403,7 +431,9 @@ fn an_output_that_is_there_is_not_replaced() {
     for (words, expected) in [
         ("--out @socket --overwrite", "this is no file"),
         ("--out @none/r.json", "there is no folder"),
-        ("--out @a.json --picture @a.json", "cannot both be there"),
+        ("--out @a.json --picture @a.json", "cannot be in one file"),
+        ("--out @a.json --keep-refused @a.json", "cannot be in one file"),
+        ("--keep-refused @bone.json", "what lies beside a bone"),
         ("--out @bone.json", "what lies beside a bone"),
     ] {
         let why = desk.refused(&format!("--points @p.csv --noise-mm 1 {TARGET} {words}"));
