@@ -16,6 +16,7 @@
 #![forbid(unsafe_code)]
 
 mod axes;
+mod claims;
 pub mod fcsv;
 pub mod itk;
 pub mod markups;
@@ -25,6 +26,7 @@ mod points;
 mod said;
 
 pub use axes::{PatientAxes, turned_to};
+pub use claims::NamedUnit;
 pub use points::{ControlPoint, LeftOut};
 pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
 
