@@ -1,53 +1,12 @@
 //! What a person says of a file that does not say it itself, and what is refused until she does.
 
-use std::str::FromStr;
-
-use crate::{NamedUnit, PatientAxes};
+use crate::{LengthUnit, NamedUnit, PatientAxes};
 
 /// No coordinate of a patient is larger, mm: ten metres from the origin of a scanner's coordinates there is no patient.
 pub const MAX_MM: f64 = 1e4;
 /// Where nothing in a file is larger than this it is taken for metres that are called millimetres: no person is larger,
 /// and no operation is so small.
 pub const METRES_BELOW: f64 = 2.0;
-
-/// A unit of length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LengthUnit {
-    /// 1 mm.
-    Millimetre,
-    /// 1000 mm.
-    Metre,
-}
-
-impl LengthUnit {
-    /// Millimetres in one.
-    pub const fn mm(self) -> f64 {
-        match self {
-            Self::Millimetre => 1.0,
-            Self::Metre => 1000.0,
-        }
-    }
-
-    /// The word in files and on command lines.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-        }
-    }
-}
-
-impl FromStr for LengthUnit {
-    type Err = String;
-
-    /// From the word of a command line.
-    fn from_str(word: &str) -> Result<Self, String> {
-        let found = [Self::Millimetre, Self::Metre]
-            .into_iter()
-            .find(|unit| unit.name() == word);
-        found.ok_or_else(|| "expected mm or m".to_owned())
-    }
-}
 
 /// What whoever hands a file over says of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use std::str;
 
 use super::row::columns;
 use super::{COLUMNS, FcsvError, Fiducials, MAX_BYTES, MAX_POINTS};
-use crate::claims::{About, about, letters, unit_of, units_in};
 use crate::points::{largest, position};
+use crate::units::{About, about, letters, unit_of, units_in};
 use crate::{ControlPoint, LeftOut, LengthUnit, NamedUnit, PatientAxes, Said, quoted, unmarked};
 
 /// Columns of a point, and of one of Slicer 5.

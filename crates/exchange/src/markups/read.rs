@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::rest::{Rest, Taken};
+use super::rest::{PASSED_OVER, Rest, Taken, is_mm};
 use super::{MAX_BYTES, MAX_POINTS, MAX_VALUES, Markup, MarkupKind, Markups, MarkupsError};
 use crate::points::{largest, position};
 use crate::{ControlPoint, LeftOut, LengthUnit, PatientAxes, Said, quoted, unmarked};
@@ -25,17 +25,6 @@ const POINT: [&str; 9] = [
     "locked",
     "visibility",
     "positionStatus",
-];
-/// Keys of the schema that are passed over: none of them says where anything is.
-pub(super) const PASSED_OVER: [&str; 8] = [
-    "locked",
-    "fixedNumberOfControlPoints",
-    "labelFormat",
-    "lastUsedControlPointNumber",
-    "curveClosed",
-    "measurements",
-    "display",
-    "orientation",
 ];
 /// Most keys that are named as left out.
 const MOST_NAMED: usize = 32;
@@ -211,13 +200,6 @@ fn stated_axes(markup: usize, found: Option<&Value>) -> Result<Option<PatientAxe
     let found = || quoted(&found.to_string());
     let axes = PatientAxes::of_word(&word).ok_or_else(|| MarkupsError::Axes { markup, found: found() })?;
     Ok(Some(axes))
-}
-
-pub(super) fn is_mm(found: &Value) -> bool {
-    match found {
-        Value::Array(coded) => coded.len() == 3 && coded[0] == "mm" && coded[1] == "UCUM",
-        other => other == "mm",
-    }
 }
 
 /// A unit as its code, or as code, coding scheme and meaning.

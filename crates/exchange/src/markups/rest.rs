@@ -6,10 +6,20 @@ use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::Value;
 
 use super::MarkupsError;
-use super::read::{PASSED_OVER, is_mm};
-use crate::claims::{About, about, units_in};
+use crate::units::{About, about, units_in};
 use crate::{LengthUnit, PatientAxes, quoted};
 
+/// Keys of the schema that are passed over: none of them says where anything is.
+pub(super) const PASSED_OVER: [&str; 8] = [
+    "locked",
+    "fixedNumberOfControlPoints",
+    "labelFormat",
+    "lastUsedControlPointNumber",
+    "curveClosed",
+    "measurements",
+    "display",
+    "orientation",
+];
 /// Keys with their values, in the order of the file, also those that are there twice.
 pub(super) struct Rest(pub(super) Vec<(String, Value)>);
 
@@ -81,6 +91,14 @@ fn agree(place: &str, key: &str, value: &Value, taken: Taken) -> Result<(), Mark
             axes: taken.axes.name(),
             unit: taken.unit.name(),
         }),
+    }
+}
+
+/// Whether a value says mm, as its code or as code, coding scheme and meaning.
+pub(super) fn is_mm(found: &Value) -> bool {
+    match found {
+        Value::Array(coded) => coded.len() == 3 && coded[0] == "mm" && coded[1] == "UCUM",
+        other => other == "mm",
     }
 }
 

@@ -1,7 +1,7 @@
 //! A surface as a file has it, before its frame and unit are settled.
 
 use super::{MAX_COUNT, MeshError};
-use crate::claims::{About, about, unit_of, units_in};
+use crate::units::{About, about, unit_of, units_in};
 use crate::{LengthUnit, NamedUnit, PatientAxes};
 
 /// Points in the file's own numbers, triangles that nobody has checked, and the axes and the unit that its comments say.

@@ -5,7 +5,7 @@ use std::str;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::{Definition, DeviceSet, MAX_BYTES, MAX_TRANSFORMS, PlusError};
-use crate::claims::{About, about, unit_of};
+use crate::units::{About, about, unit_of};
 use crate::{LengthUnit, quoted, unmarked};
 
 /// Most nodes of a document: what is held of one is bounded with the file's length, and this much sooner.

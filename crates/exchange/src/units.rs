@@ -1,6 +1,45 @@
-//! What a text says of units and axes beside the words that are read: a unit that it names, a key that is about places.
+//! Units of length, and what a text says of units and axes beside the words that are read: a unit that it names, a key that is about places.
 
-use crate::LengthUnit;
+use std::str::FromStr;
+
+/// A unit of length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// 1 mm.
+    Millimetre,
+    /// 1000 mm.
+    Metre,
+}
+
+impl LengthUnit {
+    /// Millimetres in one.
+    pub const fn mm(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Metre => 1000.0,
+        }
+    }
+
+    /// The word in files and on command lines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Metre => "m",
+        }
+    }
+}
+
+impl FromStr for LengthUnit {
+    type Err = String;
+
+    /// From the word of a command line.
+    fn from_str(word: &str) -> Result<Self, String> {
+        let found = [Self::Millimetre, Self::Metre]
+            .into_iter()
+            .find(|unit| unit.name() == word);
+        found.ok_or_else(|| "expected mm or m".to_owned())
+    }
+}
 
 /// A unit of length that a text has the word of.
 #[derive(Debug, Clone, PartialEq, Eq)]
