@@ -200,8 +200,7 @@ fn labels(
     (scene, grid): (&Scene, &VolumeGrid),
     load: LoadLabels,
 ) -> Result<Labels, NoAnatomy> {
-    let beside = source.path.parent().unwrap_or_else(|| Path::new(""));
-    let path = beside.join(&source.scene.space.labels);
+    let path = scene::labels_beside(&source.path, &source.scene.space.labels);
     let named = |source: Cause| NoAnatomy::Labels {
         path: path.clone(),
         source,

@@ -141,6 +141,21 @@ fn what_is_not_the_runs_is_refused_by_name() {
     };
     let missing = why(&write(text.replace("labels = \"phantom\"", "labels = \"no.nii.gz\"")));
     assert!(missing.contains("no.nii.gz"), "{missing}");
+    // A file by the name of the generated patient that is not there is not that patient.
+    let missing = why(&write(text.replace("labels = \"phantom\"", "labels = \"ct/phantom\"")));
+    assert!(missing.contains("ct/phantom"), "{missing}");
+    // Nor are its labels anybody else's.
+    let mut other = write(text);
+    other.volume = scene::VolumeSpec::of_path(folder.path().join("ct.nii.gz"));
+    let spec = other.tissue.as_ref().unwrap();
+    let volume = volume_loader::load_seeded(&scene("").volume, 1).unwrap();
+    let grid = (&volume.grid, volume.hash.0);
+    let said = make((&other, spec), grid, volume_loader::load_labels_seeded);
+    let said = said.err().unwrap().to_string();
+    assert!(
+        said.contains("that of the generated patient") && said.contains("ct.nii.gz"),
+        "{said}"
+    );
     // Labels of the same patient on another grid.
     let scene = scene("");
     let finer = Scene::parse("[volume]\nsource = \"phantom\"\nspacing_mm = 4.0", Path::new("s.toml")).unwrap();

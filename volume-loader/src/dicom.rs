@@ -42,5 +42,5 @@ pub use facts::{SeriesFacts, Steps};
 pub use geometry::{Gap, GeometryError};
 pub use series::{Found, Series, SeriesSummary};
 pub use source::{DicomSource, Options};
-pub(crate) use source::{frame_of_reference, has_preamble, holds_series, open_path};
+pub(crate) use source::{Reference, has_preamble, holds_series, open_path, reference};
 pub use tag::Tag;

@@ -1,5 +1,7 @@
 //! Why a volume is not loaded.
 
+use std::path::PathBuf;
+
 use bus::volume::LayoutError;
 use geometry::GridError;
 
@@ -24,6 +26,15 @@ pub enum LoadError {
         clamped: u64,
         /// No numbers.
         not_finite: u64,
+    },
+    /// Labels of the generated patient beside somebody else's examination.
+    #[error(
+        "the label map `phantom` is that of the generated patient, and the examination is {}: expected is a label map of that examination; a \
+         file of this name is ./phantom", path.display()
+    )]
+    Generated {
+        /// The examination.
+        path: PathBuf,
     },
     /// The generated patient cannot be sampled like this.
     #[error("the generated patient: {0}")]

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use bus::run::free_memory_bytes;
 use bus::volume::{LabelMap, Layout, OwnedVolume, Voxels};
-use scene::{FileSpec, VolumeSource, VolumeSpec};
+use scene::{FileSpec, VolumeSource, VolumeSpec, is_generated};
 
 use crate::dicom;
 use crate::error::LoadError;
@@ -132,22 +132,25 @@ pub fn load_label_map(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Er
     Ok(labels_in(source)?)
 }
 
-/// Its structures are a label map by this name, where there is no file of it.
-const PHANTOM: &str = "phantom";
-
 /// Opens a label map; with `examination` it is refused where it is known to be of another. With whether it says to be in its frame.
+/// The word `phantom` is the structures of the generated patient, whose seed is `seed`, and goes with that patient alone.
 ///
 /// # Errors
-/// [`LoadError::Read`], [`LoadError::Grid`].
+/// [`LoadError::Read`], [`LoadError::Grid`], [`LoadError::Generated`].
 pub(crate) fn open_labels(
     path: &Path,
     examination: Option<&VolumeSpec>,
     seed: u64,
 ) -> Result<(Box<dyn VoxelSource>, bool), LoadError> {
-    if path.file_name().is_some_and(|name| name == PHANTOM) && !path.exists() {
+    if is_generated(path) {
         let spacing_mm = match examination.map(|examination| &examination.source) {
             Some(VolumeSource::Phantom { spacing_mm }) => [*spacing_mm; 3],
-            _ => phantom::DEFAULT_SPACING_MM,
+            Some(VolumeSource::File(file)) => {
+                return Err(LoadError::Generated {
+                    path: file.path.clone(),
+                });
+            }
+            None => phantom::DEFAULT_SPACING_MM,
         };
         return Ok((Box::new(PhantomLabels::new(seed, spacing_mm)?), false));
     }
@@ -251,6 +254,29 @@ mod tests {
     use super::*;
     use crate::raster::test_files::{SHEARED, TURNED, given};
     use crate::write::WriteOptions;
+
+    /// Any path that ended so and was not there was the generated patient's labels.
+    #[test]
+    fn the_generated_patients_labels_are_one_word_and_go_with_no_other_examination() {
+        let said = |path: &str, of: Option<&str>| {
+            let examination = of.map(|of| VolumeSpec::of_path(of.into()));
+            let opened = open_labels(Path::new(path), examination.as_ref(), 1);
+            opened.map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(said("phantom", None), Ok(()));
+        assert_eq!(said("phantom", Some("phantom")), Ok(()));
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("phantom");
+        for path in ["./phantom", "ct/phantom", "phantom/", missing.to_str().unwrap()] {
+            let why = said(path, None).unwrap_err();
+            assert!(why.contains(path) && why.contains("there is no such file"), "{why}");
+        }
+        let why = said("phantom", Some("ct.nii.gz")).unwrap_err();
+        assert!(
+            why.contains("the generated patient") && why.contains("the examination is ct.nii.gz"),
+            "{why}"
+        );
+    }
 
     #[test]
     fn each_ending_is_read_as_its_format_and_all_give_one_volume() {

@@ -23,10 +23,12 @@ pub mod mesh;
 pub mod plus;
 mod points;
 mod said;
+mod units;
 
 pub use axes::{PatientAxes, turned_to};
 pub use points::{ControlPoint, LeftOut};
-pub use said::{LengthUnit, MAX_MM, METRES_BELOW, Said, Unsettled};
+pub use said::{MAX_MM, METRES_BELOW, Said, Unsettled};
+pub use units::{LengthUnit, NamedUnit};
 
 /// What is quoted of a file stays short, and neither moves a terminal's cursor nor turns the words about it round, whatever the file holds.
 fn quoted(text: &str) -> String {

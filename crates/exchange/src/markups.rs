@@ -9,6 +9,7 @@
 
 mod error;
 mod read;
+mod rest;
 mod write;
 
 pub use error::MarkupsError;

@@ -117,6 +117,7 @@ fn settled(raw: Raw, said: Said) -> Result<Mesh, MeshError> {
         return Err(MeshError::Empty);
     }
     let axes: PatientAxes = said.axes_beside(raw.axes, &raw.named)?;
+    said.unit_beside(raw.unit, &raw.units)?;
     let sides = [0, 1, 2].map(|i| {
         let least = raw.points.iter().map(|p| p[i]).fold(f64::INFINITY, f64::min);
         raw.points.iter().map(|p| p[i]).fold(f64::NEG_INFINITY, f64::max) - least

@@ -1,53 +1,12 @@
 //! What a person says of a file that does not say it itself, and what is refused until she does.
 
-use std::str::FromStr;
-
-use crate::PatientAxes;
+use crate::{LengthUnit, NamedUnit, PatientAxes};
 
 /// No coordinate of a patient is larger, mm: ten metres from the origin of a scanner's coordinates there is no patient.
 pub const MAX_MM: f64 = 1e4;
 /// Where nothing in a file is larger than this it is taken for metres that are called millimetres: no person is larger,
 /// and no operation is so small.
 pub const METRES_BELOW: f64 = 2.0;
-
-/// A unit of length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LengthUnit {
-    /// 1 mm.
-    Millimetre,
-    /// 1000 mm.
-    Metre,
-}
-
-impl LengthUnit {
-    /// Millimetres in one.
-    pub const fn mm(self) -> f64 {
-        match self {
-            Self::Millimetre => 1.0,
-            Self::Metre => 1000.0,
-        }
-    }
-
-    /// The word in files and on command lines.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Millimetre => "mm",
-            Self::Metre => "m",
-        }
-    }
-}
-
-impl FromStr for LengthUnit {
-    type Err = String;
-
-    /// From the word of a command line.
-    fn from_str(word: &str) -> Result<Self, String> {
-        let found = [Self::Millimetre, Self::Metre]
-            .into_iter()
-            .find(|unit| unit.name() == word);
-        found.ok_or_else(|| "expected mm or m".to_owned())
-    }
-}
 
 /// What whoever hands a file over says of it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -86,6 +45,18 @@ pub enum Unsettled {
         comment: PatientAxes,
         /// Those that would be taken.
         taken: PatientAxes,
+    },
+    /// A comment of the file names another unit than is to be taken.
+    #[error(
+        "a comment of the file has the word {comment:?} and its numbers would be taken in {}; one of them is wrong, and nothing was taken. Write \
+         the file in mm, or take the word out of it",
+        .taken.name()
+    )]
+    CommentUnit {
+        /// The word.
+        comment: String,
+        /// The unit that would be taken.
+        taken: LengthUnit,
     },
     /// The file says another unit than a person.
     #[error("the file says {} and it was said to be in {}; one of them is wrong, and nothing was taken", .file.name(), .said.name())]
@@ -154,6 +125,29 @@ impl Said {
         }
     }
 
+    /// Holds the units that are named in comments against the one that is taken, which must be among them.
+    ///
+    /// # Errors
+    /// [`Unsettled::OtherUnit`], [`Unsettled::CommentUnit`].
+    pub fn unit_beside(self, stated: Option<LengthUnit>, named: &[NamedUnit]) -> Result<(), Unsettled> {
+        self.one_unit(stated)?;
+        let taken = self.unit.or(stated).unwrap_or(LengthUnit::Millimetre);
+        match named {
+            [first, ..] if named.iter().all(|named| named.unit != Some(taken)) => Err(Unsettled::CommentUnit {
+                comment: first.word.clone(),
+                taken,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    fn one_unit(self, stated: Option<LengthUnit>) -> Result<(), Unsettled> {
+        match (stated, self.unit) {
+            (Some(file), Some(said)) if file != said => Err(Unsettled::OtherUnit { file, said }),
+            _ => Ok(()),
+        }
+    }
+
     /// Millimetres in the file's unit, which is mm where neither says another. `sizes` are what is measured of the
     /// file, in its own numbers: the first, the largest coordinate, must lie where a patient may be; the last must not
     /// look like metres, unless a person said the unit.
@@ -161,11 +155,7 @@ impl Said {
     /// # Errors
     /// [`Unsettled::OtherUnit`], [`Unsettled::LooksLikeMetres`], [`Unsettled::TooFar`].
     pub fn scale(self, stated: Option<LengthUnit>, sizes: [(&'static str, f64); 2]) -> Result<f64, Unsettled> {
-        if let (Some(file), Some(said)) = (stated, self.unit)
-            && file != said
-        {
-            return Err(Unsettled::OtherUnit { file, said });
-        }
+        self.one_unit(stated)?;
         let [(what, largest), (measured, size)] = sizes;
         // A file that says mm may be one of metres from a pattern that says mm: a person alone is believed here.
         if self.unit.is_none() && stated != Some(LengthUnit::Metre) && size <= METRES_BELOW {

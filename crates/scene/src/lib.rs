@@ -45,7 +45,9 @@ pub use recording::{Compression, RawRecording, RecordingSpec};
 pub use sampling::{BackEnd, Filter, GpuWeights, Minify, Render, Sampling, Slab, SlabMode, THICKNESS_MM};
 pub use tissue::{RawTissue, TissueSpec};
 pub use view::{Surface, View, WindowLevel};
-pub use volume::{FileSpec, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec};
+pub use volume::{
+    FileSpec, GENERATED, RawRegion, RawVolume, Region, VolumeSource, VolumeSpec, is_generated, labels_beside,
+};
 pub use workflow::{Demands, RawWorkflow};
 
 /// A run's scene, checked.

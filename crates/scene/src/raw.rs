@@ -24,7 +24,7 @@ use super::tissue::RawTissue;
 use super::tracking::raw::{
     RawCalibrationFile, RawEmitterSource, RawMarkerSource, RawRegistrationFile, RawSequence, RawSmoothing,
 };
-use super::volume::RawVolume;
+use super::volume::{GENERATED, RawVolume};
 use super::workflow::RawWorkflow;
 use crate::file::{self, OpenError};
 
@@ -346,7 +346,9 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
             key,
         }
     })?;
-    anchor(&mut scene.volume.source, path);
+    if scene.volume.source != GENERATED {
+        anchor(&mut scene.volume.source, path);
+    }
     let tracker = &mut scene.tracker;
     let plan = scene
         .plan
@@ -395,7 +397,7 @@ fn told(key: Option<&str>, why: &str) -> String {
 
 /// A relative path in a scene file means relative to that file.
 fn anchor(source: &mut String, scene: &Path) {
-    if source == "phantom" || Path::new(source.as_str()).is_absolute() {
+    if Path::new(source.as_str()).is_absolute() {
         return;
     }
     if let Some(folder) = scene.parent() {

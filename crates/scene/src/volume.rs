@@ -1,6 +1,6 @@
 //! `[volume]`: where the examination comes from, and how much of it is loaded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use geometry::{Ct, Point};
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,7 @@ pub struct RawRegion {
 impl Default for RawVolume {
     fn default() -> Self {
         Self {
-            source: "phantom".to_owned(),
+            source: GENERATED.to_owned(),
             spacing_mm: 1.5,
             series: None,
             regrid: false,
@@ -122,6 +122,23 @@ pub enum Region {
     BoxVoxels([[u32; 3]; 2]),
 }
 
+/// In place of a path, with no folder: the generated patient.
+pub const GENERATED: &str = "phantom";
+
+/// Whether a path is the word [`GENERATED`]. Whoever joins paths with a folder leaves the word as it is ([`labels_beside`]): a file of
+/// that name, `./phantom` or `ct/phantom`, is a file like any other, and missing where it is not there.
+pub fn is_generated(path: &Path) -> bool {
+    path.as_os_str() == GENERATED
+}
+
+/// The label map that a file names: a relative path means relative to that file, and the word [`GENERATED`] stays.
+pub fn labels_beside(file: &Path, labels: &Path) -> PathBuf {
+    match is_generated(labels) {
+        true => labels.to_owned(),
+        false => file.parent().unwrap_or_else(|| Path::new("")).join(labels),
+    }
+}
+
 impl RawVolume {
     /// Checked as a scene without targets would be.
     ///
@@ -135,11 +152,11 @@ impl RawVolume {
 impl VolumeSpec {
     /// All of a file or folder, with nothing allowed that is doubtful; the path `phantom` is the generated patient.
     pub fn of_path(path: PathBuf) -> Self {
-        let source = match path.to_str() {
-            Some("phantom") => VolumeSource::Phantom {
+        let source = match is_generated(&path) {
+            true => VolumeSource::Phantom {
                 spacing_mm: RawVolume::default().spacing_mm,
             },
-            _ => VolumeSource::File(FileSpec {
+            false => VolumeSource::File(FileSpec {
                 path,
                 ..FileSpec::default()
             }),
@@ -162,7 +179,7 @@ pub(super) fn checked(raw: &RawVolume, targets: &[Target], entry: Option<[f64; 3
     Ok(VolumeSpec {
         source: source(raw)?,
         region: match &raw.region {
-            Some(region) => Some(self::region(region, raw.source == "phantom", targets, entry)?),
+            Some(region) => Some(self::region(region, raw.source == GENERATED, targets, entry)?),
             None => None,
         },
         downsample: raw.downsample,
@@ -190,7 +207,7 @@ fn source(raw: &RawVolume) -> Checked<VolumeSource> {
             "1 for the first series of the folder, and so on",
         ));
     }
-    if raw.source != "phantom" {
+    if raw.source != GENERATED {
         return Ok(VolumeSource::File(FileSpec {
             path: PathBuf::from(&raw.source),
             series: raw.series,

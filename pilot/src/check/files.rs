@@ -4,9 +4,11 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use scene::Scene;
 use scene::raw::Source;
+use scene::{Scene, VolumeSource};
 use serde::Deserialize;
+
+use crate::resolve::tied;
 
 /// The tracker reads no longer one, bytes.
 const MAX_BYTES: u64 = 16 << 20;
@@ -48,7 +50,27 @@ pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
     if !is_made("tracker.registration.file") {
         faults.extend(of_another_patient(scene));
     }
+    faults.extend(labels_of_organs(scene));
     faults
+}
+
+/// The generated patient's labels go with that patient alone, and a map that is not there is no map.
+fn labels_of_organs(scene: &Scene) -> Option<String> {
+    let organs = &scene.tissue.as_ref()?.organs;
+    let labels = tied::labels_of_organs(organs)?;
+    let why = match &scene.volume.source {
+        VolumeSource::Phantom { .. } if scene::is_generated(&labels) => return None,
+        VolumeSource::File(file) if scene::is_generated(&labels) => format!(
+            "found the generated patient's, and the examination is {}: expected a label map of that examination",
+            file.path.display()
+        ),
+        _ => fs::metadata(&labels).err()?.to_string(),
+    };
+    Some(format!(
+        "tissue.organs {}: space.labels {}: {why}",
+        organs.display(),
+        labels.display()
+    ))
 }
 
 /// A registration from another frame than that of the scene's marker on the patient, or of its localizer, is refused by the tracker, and one that

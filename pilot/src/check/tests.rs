@@ -207,3 +207,24 @@ fn a_point_is_outside_by_its_distance_from_the_box() {
         assert!((found - off).abs() < 1e-10, "{p:?}: {found} {off}");
     }
 }
+
+/// Any label map by this name that was not there was the generated patient's, beside a real CT too.
+#[test]
+fn labels_of_the_generated_patient_beside_another_examination_are_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let faults = |source: &str, labels: &str| {
+        std::fs::write(
+            folder.path().join("o.toml"),
+            format!("[space]\nlabels = \"{labels}\"\n"),
+        )
+        .unwrap();
+        let text = format!("[volume]\nsource = \"{source}\"\n[tissue]\norgans = \"o.toml\"\n");
+        let source = raw::parse(&text, &folder.path().join("s.toml")).unwrap();
+        let faults = check(&source, &Scene::from_raw(&source).unwrap()).faults;
+        let of_labels = faults.into_iter().find(|fault| fault.contains("space.labels"));
+        of_labels.unwrap_or_default()
+    };
+    assert_eq!(faults("phantom", "phantom"), "");
+    assert!(faults("ct.nii.gz", "phantom").contains("found the generated patient's, and the examination is"));
+    assert!(faults("phantom", "ct/phantom").contains("ct/phantom: No such file"));
+}

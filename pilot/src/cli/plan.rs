@@ -249,6 +249,12 @@ impl PlanArgs {
 
     fn on_screen(&self, store: PlanStore, source: &mut Source) -> Result<Planned, PlanCliError> {
         planning_scene(source, &store);
+        if let Some(path) = self.labels.as_ref().filter(|path| scene::is_generated(path)) {
+            return Err(PlanCliError::Labels {
+                path: path.clone(),
+                source: "--window takes a file: `volume-loader labels phantom --out FILE.seg.nrrd` writes one".into(),
+            });
+        }
         if self.labels.is_some() || self.error_mm.is_some() {
             let plan = source.scene.plan.get_or_insert_default();
             let labels = self.labels.as_ref().map(|path| display(path));

@@ -179,7 +179,7 @@ fn angle(markup: usize, angle: &Markup) -> Result<Measure, PointsError> {
 
 fn target(point: &ControlPoint, taken: &mut Taken) -> Result<Target, PointsError> {
     let sizes = sizes(&point.description);
-    if sizes.is_none() && point.description.contains(DIAMETER) {
+    if sizes.is_none() && has_size(&point.description) {
         let (label, found) = (point.label.clone(), point.description.chars().take(64).collect());
         return Err(PointsError::Sizes { label, found });
     }
@@ -219,6 +219,17 @@ fn enter(editor: &mut Editor, point: &ControlPoint) -> Result<(), PointsError> {
         ..target
     };
     editor.edit(Edit::Change(name.to_owned(), entered)).map_err(refused)
+}
+
+/// Whether a description says a size in some way: it has a number and a word of one, `diameter: 8 mm`.
+fn has_size(description: &str) -> bool {
+    let lower = description.to_lowercase();
+    let has_number = lower.contains(|c: char| c.is_numeric());
+    let mut words = lower.split(|c: char| !c.is_alphabetic());
+    let has_word = ["diameter", "diametre", "radius", "\u{f8}", "\u{2300}", "\u{2205}"]
+        .iter()
+        .any(|word| lower.contains(word));
+    (has_number && (has_word || words.any(|word| word == "stop"))) || lower.contains(DIAMETER)
 }
 
 /// Diameter and stop distance, mm, of a description that is nothing else.
@@ -414,6 +425,48 @@ mod tests {
             ..target(&point("a entry", 1.0), &mut Taken::default()).unwrap()
         };
         assert!(markups(&[target]).unwrap_err().to_string().contains("rename it"));
+    }
+
+    /// They were told as descriptions that are not kept, and the target had the default's size.
+    #[test]
+    fn a_size_in_other_words_is_refused_and_no_target_of_another_size_is_made() {
+        let of = |description: &str| {
+            let point = ControlPoint {
+                description: description.to_owned(),
+                ..point("a", 1.0)
+            };
+            taken(MarkupKind::Fiducial, vec![point])
+        };
+        for description in [
+            "diameter 8 mm, stop 5 mm",
+            "diameter: 8 mm",
+            "Diameter 8mm",
+            "8 mm in diameter",
+            "radius 4",
+            "\u{d8} 8 mm",
+            "stop 5 mm",
+            "diameter_mm=8",
+            "diameter_mm=8 stop_mm=x",
+        ] {
+            let said = of(description).unwrap_err();
+            assert!(
+                said.contains(description) && said.contains("diameter_mm=8.1 stop_mm=4.3"),
+                "{said}"
+            );
+        }
+        for description in [
+            "at the 12th rib",
+            "unstoppable 3",
+            "stop before the vein",
+            "diameter unknown",
+        ] {
+            let (plan, told) = of(description).unwrap();
+            assert_eq!(
+                (plan.targets[0].diameter_mm, told.descriptions.len()),
+                (DIAMETER_MM, 1),
+                "{description}"
+            );
+        }
     }
 
     #[test]

@@ -127,7 +127,8 @@ pub(crate) fn take_over(raw: &mut RawScene, recorded: &mut RawScene) {
 fn found(scene: &Scene, made: Made, load: LoadLabels) -> Vec<Found> {
     let map = |what, key, path: PathBuf| {
         // The generated patient's structures are no file.
-        let map = path.exists().then(|| load(&path, &scene.volume, scene.seed))?.ok()?;
+        let is_file = !scene::is_generated(&path) && path.exists();
+        let map = is_file.then(|| load(&path, &scene.volume, scene.seed))?.ok()?;
         let hash = map.volume.hash.to_string();
         Some(Found { what, key, path, hash })
     };
@@ -136,10 +137,8 @@ fn found(scene: &Scene, made: Made, load: LoadLabels) -> Vec<Found> {
     let organs = scene.tissue.as_ref().filter(|_| made.organs);
     let organs = organs.and_then(|spec| Some((spec.organs.clone(), text(&spec.organs)?)));
     let of_organs = organs.as_ref().and_then(|(path, text)| {
-        let named: toml::Table = text.parse().ok()?;
-        let labels = named.get("space")?.get("labels")?.as_str()?;
-        let folder = path.parent().unwrap_or_else(|| Path::new(""));
-        map("the label map of the organs", ORGAN_LABELS, folder.join(labels))
+        let labels = labels_of(path, text)?;
+        map("the label map of the organs", ORGAN_LABELS, labels)
     });
     let organs = organs.map(|(path, text)| Found {
         what: "the scene of organs",
@@ -148,6 +147,17 @@ fn found(scene: &Scene, made: Made, load: LoadLabels) -> Vec<Found> {
         hash: blake3::hash(text.as_bytes()).to_string(),
     });
     labels.into_iter().chain(organs).chain(of_organs).collect()
+}
+
+/// The label map that a scene of organs names, as its readers take it; `None` where it cannot be read, which they say themselves.
+pub(crate) fn labels_of_organs(organs: &Path) -> Option<PathBuf> {
+    labels_of(organs, &text(organs)?)
+}
+
+fn labels_of(organs: &Path, text: &str) -> Option<PathBuf> {
+    let named: toml::Table = text.parse().ok()?;
+    let labels = named.get("space")?.get("labels")?.as_str()?;
+    Some(scene::labels_beside(organs, Path::new(labels)))
 }
 
 fn text(path: &Path) -> Option<String> {

@@ -1,4 +1,4 @@
-//! One series is of one patient, one study and one frame of reference.
+//! One series is of one patient, who lies one way, of one study and of one frame of reference.
 
 use std::collections::BTreeMap;
 
@@ -9,32 +9,42 @@ use super::tag as el;
 use super::tag::Tag;
 
 /// What must be the same in every slice, as text that is never shown; `None` where a file does not say.
-type Of = fn(&Header) -> Option<String>;
+type Of<'a> = &'a dyn Fn(&Header) -> Option<String>;
 
 /// Refuses a series with a slice of another patient, study or frame of reference than most. Frames of reference that were
-/// replaced slice by slice tell nothing ([`Series::frames_merged`]).
+/// replaced slice by slice tell nothing ([`Series::frames_merged`]), and a slice that does not say a name, a date of birth, a sex, an
+/// issuer or a position is of any.
 ///
 /// # Errors
 /// [`DicomError::Mixed`], by the odd slice's file.
 pub(crate) fn check(series: &Series) -> Result<(), DicomError> {
-    let patient: Of = |header| header.patient.map(|digest| format!("{digest:x}"));
-    let study: Of = |header| given(&header.study);
-    let frame: Of = |header| given(&header.frame_of_reference);
-    one(series, el::PATIENT_ID, patient)?;
-    one(series, el::STUDY, study)?;
+    let headers: Vec<&Header> = series.headers.iter().collect();
+    one(&headers, el::PATIENT_ID, &|header| header.patient.map(hexadecimal))?;
+    for (at, tag) in el::PERSON.into_iter().enumerate() {
+        let of = |header: &Header| header.person.get(at).copied().flatten().map(hexadecimal);
+        let said: Vec<&Header> = headers.iter().copied().filter(|header| of(header).is_some()).collect();
+        one(&said, tag, &of)?;
+    }
+    one(&headers, el::STUDY, &|header| given(&header.study))?;
     match series.frames_merged {
         true => Ok(()),
-        false => one(series, el::FRAME_OF_REFERENCE, frame),
+        false => one(&headers, el::FRAME_OF_REFERENCE, &|header| {
+            given(&header.frame_of_reference)
+        }),
     }
+}
+
+fn hexadecimal(digest: u64) -> String {
+    format!("{digest:x}")
 }
 
 fn given(text: &str) -> Option<String> {
     (!text.is_empty()).then(|| text.to_owned())
 }
 
-fn one(series: &Series, tag: Tag, of: Of) -> Result<(), DicomError> {
+fn one(headers: &[&Header], tag: Tag, of: Of<'_>) -> Result<(), DicomError> {
     let mut slices: BTreeMap<Option<String>, Vec<&Header>> = BTreeMap::new();
-    for header in &series.headers {
+    for header in headers.iter().copied() {
         slices.entry(of(header)).or_default().push(header);
     }
     if slices.len() < 2 {

@@ -1,5 +1,5 @@
 //! The values of the data elements that are read. Everything else in a file is passed over, so that nothing of a patient is even held; of
-//! PatientID a digest stays ([`Header::patient`](super::header::Header::patient)). Names are read where a person asks, and once for the
+//! PatientID, and of the name, its issuer, the date of birth and the sex, digests stay ([`Header::patient`](super::header::Header::patient)). Names are read where a person asks, and once for the
 //! bus, on which they are for the operator's screen ([`identity`](super::header::identity)); no error, line or report has them.
 
 pub(super) mod groups;
@@ -11,7 +11,7 @@ use self::groups::{FRAMES_ALLOWED, Group, MAX_FRAMES};
 use super::error::FileError;
 use super::syntax::{Coding, PixelCoding, Syntax};
 use super::tag::{self as el, Tag};
-use super::walk::{Element, WalkError, Walker};
+use super::walk::{Element, MAX_VALUE, WalkError, Walker};
 
 /// SOP classes whose frames are slices of a CT (PS3.4 table B.5-1): Enhanced CT and Legacy Converted Enhanced CT.
 const FRAMED_CLASSES: [&str; 2] = ["1.2.840.10008.5.1.4.1.1.2.1", "1.2.840.10008.5.1.4.1.1.2.2"];
@@ -129,7 +129,10 @@ impl Elements {
             }
             _ => {}
         }
-        if !el::is_read(tag) && !self.besides.iter().any(|(besides, _)| *besides == tag) {
+        let is_asked_for = self.besides.iter().any(|(besides, _)| *besides == tag);
+        // A name that is longer than any tells no slices apart; who asks for it is told.
+        let is_endless = el::PERSON.contains(&tag) && element.length.is_none_or(|length| u64::from(length) > MAX_VALUE);
+        if !is_asked_for && (is_endless || !el::is_read(tag)) {
             return walker.skip(element, coding);
         }
         if self.get(tag).is_some() {

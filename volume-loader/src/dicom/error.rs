@@ -133,7 +133,7 @@ pub enum DicomError {
         list: String,
     },
     /// A slice of another patient, study or frame of reference in a series. Values are not told.
-    #[error("{}: {tag}: found {found} in {slices} slices, expected {expected} in {usual} slices such as {}: slices of several patients, studies or frames of reference are no volume; take them apart (values are not shown, as they name a patient)", path.display(), other.display())]
+    #[error("{}: {tag}: found {found} in {slices} slices, expected {expected} in {usual} slices such as {}: slices of several patients, positions, studies or frames of reference are no volume; take them apart (values are not shown, as they name a patient)", path.display(), other.display())]
     Mixed {
         /// The first odd slice.
         path: PathBuf,

@@ -14,7 +14,7 @@ use super::error::{DicomError, FileError};
 use super::syntax::{Coding, Syntax};
 use super::tag as el;
 use super::tag::Tag;
-use super::text::{Label, digest};
+use super::text::{Label, digest, name_digest};
 use super::walk::{Element, WalkError, Walker};
 
 /// One read of this many bytes holds most headers whole.
@@ -47,6 +47,8 @@ pub(crate) struct Header {
     pub series_number: Option<String>,
     /// A digest of PatientID, which tells one from another and is held no longer than the scan: never shown.
     pub patient: Option<u64>,
+    /// Digests of [`el::PERSON`], likewise; `None` where a file does not say.
+    pub person: [Option<u64>; 5],
     /// Never shown.
     pub frame_of_reference: String,
     pub localizer: bool,
@@ -171,6 +173,10 @@ impl Header {
             series: e.text(el::SERIES),
             series_number: e.text(el::SERIES_NUMBER),
             patient: e.get(el::PATIENT_ID).and_then(digest),
+            person: el::PERSON.map(|tag| match (tag, e.get(tag)?) {
+                (el::PATIENT_NAME, name) => name_digest(name),
+                (_, bytes) => digest(bytes),
+            }),
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).unwrap_or_default(),
             localizer,
             columns: e.u16(el::COLUMNS)?,

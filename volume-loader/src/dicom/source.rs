@@ -113,19 +113,32 @@ pub(crate) fn has_preamble(path: &Path) -> bool {
     path.is_file() && Header::has_preamble(path)
 }
 
-/// The frame of reference of one series, never shown; `None` where it says none, and where `path` is no DICOM.
+/// What says of which patient and where in her a series is; never shown.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct Reference {
+    /// FrameOfReferenceUID.
+    pub frame: Option<String>,
+    /// A digest of PatientID ([`Header::patient`]).
+    pub patient: Option<u64>,
+}
+
+/// That of one series; of what is no DICOM there is none.
 ///
 /// # Errors
 /// [`DicomError`].
-pub(crate) fn frame_of_reference(path: &Path, series: Option<usize>) -> Result<Option<String>, DicomError> {
+pub(crate) fn reference(path: &Path, series: Option<usize>) -> Result<Reference, DicomError> {
     if !holds_series(path) {
-        return Ok(None);
+        return Ok(Reference::default());
     }
     let series = Series::scan(path)?.choose(series)?;
     // Slices of several frames of reference are no examination.
     alike::check(&series)?;
-    let first = series.headers.first().map(|header| header.frame_of_reference.clone());
-    Ok(first.filter(|frame| !frame.is_empty()))
+    let first = series.headers.first();
+    let frame = first.map(|header| header.frame_of_reference.clone());
+    Ok(Reference {
+        frame: frame.filter(|frame| !frame.is_empty()),
+        patient: first.and_then(|header| header.patient),
+    })
 }
 
 impl DicomSource {

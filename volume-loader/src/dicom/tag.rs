@@ -42,11 +42,16 @@ elements! { NAMES:
     MODALITY = (0x0008, 0x0060, "Modality");
     VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
     TECHNIQUE = (0x0008, 0x9207, "VolumeBasedCalculationTechnique");
+    PATIENT_NAME = (0x0010, 0x0010, "PatientName");
     PATIENT_ID = (0x0010, 0x0020, "PatientID");
+    ID_ISSUER = (0x0010, 0x0021, "IssuerOfPatientID");
+    BIRTH_DATE = (0x0010, 0x0030, "PatientBirthDate");
+    SEX = (0x0010, 0x0040, "PatientSex");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
     GANTRY_TILT = (0x0018, 0x1120, "GantryDetectorTilt");
     KERNEL = (0x0018, 0x1210, "ConvolutionKernel");
+    PATIENT_POSITION = (0x0018, 0x5100, "PatientPosition");
     STUDY = (0x0020, 0x000D, "StudyInstanceUID");
     SERIES = (0x0020, 0x000E, "SeriesInstanceUID");
     SERIES_NUMBER = (0x0020, 0x0011, "SeriesNumber");
@@ -128,6 +133,7 @@ elements! { STRUCTURES:
     CONTOUR_POINTS = (0x3006, 0x0046, "NumberOfContourPoints");
     CONTOUR_DATA = (0x3006, 0x0050, "ContourData");
     ROI_REFERENCED = (0x3006, 0x0084, "ReferencedROINumber");
+    APPROVAL = (0x300E, 0x0002, "ApprovalStatus");
 }
 
 /// The elements that are read in functional groups.
@@ -158,17 +164,18 @@ pub(crate) const CHARACTER_SET: Tag = tag(0x0008, 0x0005);
 pub(crate) const STUDY_DATE: Tag = tag(0x0008, 0x0020);
 pub(crate) const STUDY_DESCRIPTION: Tag = tag(0x0008, 0x1030);
 pub(crate) const SERIES_DESCRIPTION: Tag = tag(0x0008, 0x103E);
-pub(crate) const PATIENT_NAME: Tag = tag(0x0010, 0x0010);
-pub(crate) const BIRTH_DATE: Tag = tag(0x0010, 0x0030);
 
-/// Elements that name a patient, a visit or a place: read only where a person asks for them, and for the bus.
+/// What a series says of one person and of how she lies, besides PatientID.
+pub(crate) const PERSON: [Tag; 5] = [PATIENT_NAME, ID_ISSUER, BIRTH_DATE, SEX, PATIENT_POSITION];
+
+/// Elements that name a patient, a visit or a place: held only where a person asks for them, and for the bus.
 pub(crate) const IDENTITY: [(Tag, &str); 12] = [
     // In which the others are written.
     (CHARACTER_SET, "SpecificCharacterSet"),
     (PATIENT_NAME, "PatientName"),
     (PATIENT_ID, "PatientID"),
     (BIRTH_DATE, "PatientBirthDate"),
-    (tag(0x0010, 0x0040), "PatientSex"),
+    (SEX, "PatientSex"),
     (STUDY_DATE, "StudyDate"),
     (tag(0x0008, 0x0050), "AccessionNumber"),
     (tag(0x0008, 0x0080), "InstitutionName"),

@@ -59,6 +59,28 @@ pub(crate) fn digest(bytes: &[u8]) -> Option<u64> {
     Some(hasher.finish())
 }
 
+/// The same of a name (PN): components between `^` and groups between `=`, each without the blanks around, and without those at the end
+/// that are empty, as writers leave them out or not (DICOM PS3.5, 6.2.1).
+pub(crate) fn name_digest(bytes: &[u8]) -> Option<u64> {
+    let mut name = Vec::new();
+    for group in bytes.split(|b| *b == b'=') {
+        for component in group.split(|b| *b == b'^') {
+            name.extend(solid(component).unwrap_or_default());
+            name.push(b'^');
+        }
+        ended(&mut name, b'^');
+        name.push(b'=');
+    }
+    ended(&mut name, b'=');
+    digest(&name)
+}
+
+/// Without what it ends in.
+fn ended(name: &mut Vec<u8>, byte: u8) {
+    let end = name.iter().rposition(|b| *b != byte).map_or(0, |last| last + 1);
+    name.truncate(end);
+}
+
 /// Without the padding around; `None` where there is nothing else.
 fn solid(bytes: &[u8]) -> Option<&[u8]> {
     let solid = |byte: &u8| *byte != 0 && !byte.is_ascii_whitespace();

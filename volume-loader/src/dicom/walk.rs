@@ -16,7 +16,7 @@ use super::tag::{Tag, tag};
 /// Sequences may be nested this deep; the standard's own objects stay below ten.
 const MAX_DEPTH: usize = 32;
 /// No element of a header that is read is longer, bytes.
-const MAX_VALUE: u64 = 1 << 16;
+pub(super) const MAX_VALUE: u64 = 1 << 16;
 /// Elements and items in one file, up to its pixels, and in what one frame says of itself; a large header has a few thousand. The
 /// number of frames is bounded, nothing is held of an element that is not read, and each has 8 bytes of the file at least.
 const MAX_ELEMENTS: u32 = 1 << 20;

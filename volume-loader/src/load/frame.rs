@@ -1,18 +1,18 @@
-//! The frame of reference of an examination, for what must be in the same.
+//! The frame of reference and the patient of an examination, for what must be of the same.
 
 use scene::{VolumeSource, VolumeSpec};
 
-use crate::dicom;
+use crate::dicom::{self, Reference};
 use crate::source::ReadError;
 
-/// The frame of reference of an examination, never shown; `None` where it is no DICOM, or says none.
+/// What an examination says of both, never shown; nothing where it is no DICOM.
 ///
 /// # Errors
 /// [`ReadError`] of the examination.
-pub(crate) fn frame_of(examination: Option<&VolumeSpec>) -> Result<Option<String>, ReadError> {
+pub(crate) fn reference_of(examination: Option<&VolumeSpec>) -> Result<Reference, ReadError> {
     let Some(VolumeSource::File(file)) = examination.map(|examination| &examination.source) else {
-        return Ok(None);
+        return Ok(Reference::default());
     };
     let series = file.series.map(|number| number as usize);
-    Ok(dicom::frame_of_reference(&file.path, series)?)
+    Ok(dicom::reference(&file.path, series)?)
 }

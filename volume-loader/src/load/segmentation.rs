@@ -21,7 +21,7 @@ use scene::VolumeSpec;
 pub use error::SegmentationError;
 pub(crate) use source::SegmentationSource;
 
-use super::frame::frame_of;
+use super::frame::reference_of;
 use crate::dicom;
 use crate::source::ReadError;
 
@@ -40,7 +40,7 @@ pub(crate) fn open(
     let Some(source) = SegmentationSource::open(path)? else {
         return Ok(None);
     };
-    let expected = frame_of(examination)?;
+    let expected = reference_of(examination)?.frame;
     match expected.map(|expected| expected == source.frame_of_reference()) {
         Some(false) => Err(ReadError::Segmentation {
             path: path.to_owned(),

@@ -11,13 +11,14 @@ use std::path::{Path, PathBuf};
 use guidance::plan::MAX_MM;
 use scene::VolumeSpec;
 
-use super::frame::frame_of;
+use super::frame::reference_of;
 use crate::dicom::element::Elements;
 use crate::dicom::element::tree::{Asked, Tree};
 use crate::dicom::error::{DicomError, FileError};
 use crate::dicom::header::walk;
 use crate::dicom::tag::{self as el, Tag};
 use crate::dicom::text::charset::Charset;
+use crate::dicom::text::digest;
 use crate::dicom::walk::{WalkError, Walker};
 use crate::source::ReadError;
 
@@ -30,6 +31,8 @@ const ASKED: Asked = Asked {
         el::SOP_CLASS,
         el::MEDIA_SOP_CLASS,
         el::TRANSFER_SYNTAX,
+        el::PATIENT_ID,
+        el::APPROVAL,
         el::ROI_NUMBER,
         el::ROI_FRAME,
         el::ROI_NAME,
@@ -82,6 +85,20 @@ pub enum StructureSetError {
         /// How many.
         found: usize,
     },
+    /// It is of another patient.
+    #[error(
+        "{}: (0010,0020) PatientID: found another than the examination's: one of them is of another patient (values are not shown, as they name a patient)", path.display()
+    )]
+    OtherPatient {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Somebody looked at it and did not approve of it.
+    #[error("{}: (300E,0002) ApprovalStatus: found REJECTED, expected APPROVED or UNAPPROVED: it was looked at and is not to be used", path.display())]
+    Rejected {
+        /// The file.
+        path: PathBuf,
+    },
     /// It belongs to another examination.
     #[error(
         "{}: region of interest {number} ({name:?}) is in another frame of reference than the examination or the points before it \
@@ -109,8 +126,16 @@ struct Region {
 
 type Regions = BTreeMap<u64, Region>;
 
-/// Reads the points of the structure set at `path`; `None` where it is none. A point whose frame of reference is not that of
-/// `examination` is refused, where that is DICOM too.
+/// What a file says.
+struct Parsed {
+    regions: Regions,
+    /// A digest of PatientID.
+    patient: Option<u64>,
+    is_rejected: bool,
+}
+
+/// Reads the points of the structure set at `path`; `None` where it is none. A set that was rejected is refused, and where `examination` is
+/// DICOM too, so is one of another PatientID and a point of another frame of reference.
 ///
 /// # Errors
 /// [`StructureSetError`].
@@ -119,15 +144,22 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
         return Ok(None);
     }
     let found = walk(path, parse).map_err(ReadError::from)?;
-    let Some(regions) = found else {
+    let Some(parsed) = found else {
         return Ok(None);
     };
-    let mut frame = frame_of(Some(examination))?;
+    if parsed.is_rejected {
+        return Err(StructureSetError::Rejected { path: path.to_owned() });
+    }
+    let reference = reference_of(Some(examination))?;
+    if parsed.patient.zip(reference.patient).is_some_and(|(set, of)| set != of) {
+        return Err(StructureSetError::OtherPatient { path: path.to_owned() });
+    }
+    let mut frame = reference.frame;
     let mut set = StructureSet {
         is_in_its_frame: frame.is_some(),
         ..StructureSet::default()
     };
-    for (number, region) in regions {
+    for (number, region) in parsed.regions {
         let name = region.name.clone();
         match region.points[..] {
             [] => set.others.push(name),
@@ -153,7 +185,7 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
     Ok(Some(set))
 }
 
-fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Regions>, WalkError> {
+fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Parsed>, WalkError> {
     let (mut described, mut contours) = (Vec::new(), Regions::new());
     let elements = Tree::read(walker, &ASKED, |tag, item| match tag {
         el::ROIS => {
@@ -192,7 +224,11 @@ fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Regions>, W
             "a number that StructureSetROISequence describes",
         )
         .into()),
-        None => Ok(Some(contours)),
+        None => Ok(Some(Parsed {
+            regions: contours,
+            patient: elements.get(el::PATIENT_ID).and_then(digest),
+            is_rejected: elements.code(el::APPROVAL).is_some_and(|status| status == "REJECTED"),
+        })),
     }
 }
 

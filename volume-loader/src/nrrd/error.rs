@@ -52,6 +52,16 @@ pub enum NrrdError {
         /// The field's name.
         found: String,
     },
+    /// A field that is written as a key.
+    #[error(
+        "line {line}: {field} stands before :=, which makes it a key that nothing is read from; write `{field}: ...`, or take the line out"
+    )]
+    Key {
+        /// The line.
+        line: usize,
+        /// The field.
+        field: &'static str,
+    },
     /// A field stands there twice.
     #[error("line {line}: {field} stands already in line {first}; remove one of them")]
     Duplicate {

@@ -39,6 +39,16 @@ const FIELDS: [&str; 30] = [
     "data file",
 ];
 
+/// Those of them that say where voxels lie.
+const PLACES: [&str; 6] = [
+    "space",
+    "spacings",
+    "space directions",
+    "units",
+    "space units",
+    "space origin",
+];
+
 /// A field's text and where it stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Field {
@@ -122,7 +132,11 @@ impl Fields {
             });
         };
         if value.starts_with('=') {
-            return Ok(());
+            // What says where voxels lie must not be passed over for the sign behind it.
+            return match field_name(name).filter(|field| PLACES.contains(field)) {
+                Some(field) => Err(NrrdError::Key { line, field }),
+                None => Ok(()),
+            };
         }
         let name = field_name(name).ok_or_else(|| NrrdError::Unknown {
             line,

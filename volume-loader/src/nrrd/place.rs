@@ -29,6 +29,7 @@ pub(crate) fn place(fields: &Fields, dimension: usize, options: OpenOptions) -> 
     let Some(directions) = fields.get("space directions") else {
         return by_spacings(fields, dimension, options);
     };
+    agree(fields)?;
     let signs = signs(fields, options, &mut notes)?;
     let scale = mm_per_unit(fields.get("space units"), &mut notes)?;
     let vectors = vectors(directions, dimension)?;
@@ -111,6 +112,37 @@ fn named(notes: &mut Vec<String>, space: &str, signs: [f64; 3]) -> Result<[f64; 
     Ok(signs)
 }
 
+/// Units of the array's axes are those of spacings, which are not what is read where there are directions; what they say must be what
+/// the directions are taken in.
+fn agree(fields: &Fields) -> Result<(), NrrdError> {
+    let Some(field) = fields.get("units") else {
+        return Ok(());
+    };
+    let taken = mm_per_unit(fields.get("space units"), &mut Vec::new())?;
+    let quoted: Vec<&str> = field.text.split('"').skip(1).step_by(2).map(str::trim).collect();
+    let is_known = |unit: &&str| !["", "???", "none"].contains(unit);
+    let is_taken = |unit: &str| mm_in(unit).is_some_and(|mm| taken == [mm; 3]);
+    match quoted.iter().copied().filter(is_known).all(is_taken) && (!quoted.is_empty() || field.text.is_empty()) {
+        true => Ok(()),
+        false => {
+            Err(field
+                .refuse("mm, as the space directions are taken, or the unit that `space units` says for all of them"))
+        }
+    }
+}
+
+/// How many mm a unit has, where it is one that is read.
+fn mm_in(unit: &str) -> Option<f64> {
+    Some(match unit {
+        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
+        "cm" => 10.0,
+        "m" => 1e3,
+        "um" | "µm" | "μm" | "micron" | "microns" => 1e-3,
+        "nm" => 1e-6,
+        _ => return None,
+    })
+}
+
 /// A unit for each coordinate of space, as mm.
 fn mm_per_unit(units: Option<&Field>, notes: &mut Vec<String>) -> Result<[f64; 3], NrrdError> {
     let unknown = "unit of length unknown, taken as mm";
@@ -126,13 +158,9 @@ fn mm_per_unit(units: Option<&Field>, notes: &mut Vec<String>) -> Result<[f64; 3
         let (Some(""), Some(unit)) = (between, unit) else {
             return Err(field.refuse(UNITS));
         };
-        *place = match unit {
-            "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
-            "cm" => 10.0,
-            "m" => 1e3,
-            "um" | "µm" | "μm" | "micron" | "microns" => 1e-3,
-            "nm" => 1e-6,
-            "" | "???" => {
+        *place = match (unit, mm_in(unit)) {
+            (_, Some(mm)) => mm,
+            ("" | "???", None) => {
                 notes.push(unknown.to_owned());
                 1.0
             }

@@ -5,7 +5,8 @@ use std::str;
 use super::row::columns;
 use super::{COLUMNS, FcsvError, Fiducials, MAX_BYTES, MAX_POINTS};
 use crate::points::{largest, position};
-use crate::{ControlPoint, LeftOut, PatientAxes, Said, quoted, unmarked};
+use crate::units::{About, about, letters, unit_of, units_in};
+use crate::{ControlPoint, LeftOut, LengthUnit, NamedUnit, PatientAxes, Said, quoted, unmarked};
 
 /// Columns of a point, and of one of Slicer 5.
 const LENGTHS: [usize; 2] = [14, 16];
@@ -17,6 +18,8 @@ struct Head {
     axes: Option<PatientAxes>,
     /// Axes that are named in other comments.
     named: Vec<PatientAxes>,
+    /// Units that are.
+    units: Vec<NamedUnit>,
     columns: bool,
 }
 
@@ -59,6 +62,7 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Fiducials, FcsvError> {
         return Err(FcsvError::NoColumns);
     }
     let axes = said.axes_beside(head.axes, &head.named)?;
+    said.unit_beside(None, &head.units)?;
     if rows.is_empty() {
         return Ok(file);
     }
@@ -79,10 +83,15 @@ fn without_returns(line: &str) -> Option<String> {
     line.match_indices('\r').all(is_good).then(|| line.replace('\r', ""))
 }
 
-/// The letters of a key, without blanks, signs and case: `# coordinate system` is `CoordinateSystem`.
-fn letters(text: &str) -> String {
-    let letters = text.chars().filter(char::is_ascii_alphabetic);
-    letters.map(|c| c.to_ascii_lowercase()).collect()
+/// What a comment with a key, `Units = m`, says of units or axes and in no word that is read.
+fn is_refused(comment: &str) -> Option<About> {
+    let (key, value) = comment.split_once(['=', ':'])?;
+    let is_read = |about: &About| match about {
+        About::Unit => unit_of(value.trim()) == Some(LengthUnit::Millimetre),
+        // Held against the axes that are taken.
+        About::Axes => !PatientAxes::named_in(value).is_empty(),
+    };
+    about(key).filter(|about| !is_read(about))
 }
 
 impl Head {
@@ -123,16 +132,24 @@ impl Head {
             _ if letters(comment).contains("coordinatesystem") => {
                 refused("a comment", comment, "# CoordinateSystem = 0, 1, RAS or LPS")
             }
+            _ if is_refused(comment) == Some(About::Unit) => {
+                refused("a comment", comment, "mm, which the format is in")
+            }
+            _ if is_refused(comment) == Some(About::Axes) => {
+                refused("a comment", comment, "# CoordinateSystem = 0, 1, RAS or LPS")
+            }
             // A name that begins with the sign of a comment makes a point one, and it would be lost.
             _ if columns(comment).is_some_and(|columns| LENGTHS.contains(&columns.len())) => {
                 refused("a comment", comment, "no columns of a point behind #")
             }
             _ => {
                 // Each once, however many comments there are.
-                let new = PatientAxes::named_in(comment)
-                    .into_iter()
-                    .filter(|axes| !self.named.contains(axes));
-                self.named.extend(new.collect::<Vec<_>>());
+                let axes = PatientAxes::named_in(comment).into_iter();
+                self.named
+                    .extend(axes.filter(|axes| !self.named.contains(axes)).collect::<Vec<_>>());
+                let units = units_in(comment).into_iter();
+                self.units
+                    .extend(units.filter(|unit| !self.units.contains(unit)).collect::<Vec<_>>());
                 Ok(())
             }
         }

@@ -29,6 +29,23 @@ pub enum MarkupsError {
         /// That of the schema.
         known: &'static str,
     },
+    /// A key that is not read says other axes or another unit than are taken.
+    #[error(
+        "{place} has the key {key:?}, which says {found}; its places would be taken along {axes} and in {unit}, and one of them is wrong: \
+         nothing was taken. Write it where the schema has it, or take the key out"
+    )]
+    Claim {
+        /// Whose it is.
+        place: String,
+        /// The key.
+        key: String,
+        /// What it says.
+        found: String,
+        /// The axes that would be taken.
+        axes: &'static str,
+        /// The unit that would be.
+        unit: &'static str,
+    },
     /// It is not JSON, also where a number is NaN, or a key is missing, there twice or of a wrong type.
     #[error("line {line}, column {column}: {why}")]
     Json {

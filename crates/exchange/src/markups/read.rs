@@ -1,11 +1,9 @@
 //! From the bytes of a file to markups.
 
-use std::collections::BTreeMap;
-
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use serde_json::Value;
 
+use super::rest::{PASSED_OVER, Rest, Taken, is_mm};
 use super::{MAX_BYTES, MAX_POINTS, MAX_VALUES, Markup, MarkupKind, Markups, MarkupsError};
 use crate::points::{largest, position};
 use crate::{ControlPoint, LeftOut, LengthUnit, PatientAxes, Said, quoted, unmarked};
@@ -28,22 +26,8 @@ const POINT: [&str; 9] = [
     "visibility",
     "positionStatus",
 ];
-/// Keys of the schema that are passed over: none of them says where anything is.
-const PASSED_OVER: [&str; 8] = [
-    "locked",
-    "fixedNumberOfControlPoints",
-    "labelFormat",
-    "lastUsedControlPointNumber",
-    "curveClosed",
-    "measurements",
-    "display",
-    "orientation",
-];
 /// Most keys that are named as left out.
 const MOST_NAMED: usize = 32;
-
-/// Keys that are not read.
-type Rest = BTreeMap<String, IgnoredAny>;
 
 #[derive(Deserialize)]
 #[serde(expecting = "an object with @schema and markups")]
@@ -124,7 +108,13 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Markups, MarkupsError> {
         for (point, place) in markup.points.iter().zip(1..) {
             file.leave_out(&format!("point {place} of markup {number}"), &point.rest, &POINT)?;
         }
-        file.markups.push(markup.checked(number, said)?);
+        let taken = markup.taken(number, said)?;
+        raw.rest.agree("the file", taken)?;
+        markup.rest.agree(&format!("markup {number}"), taken)?;
+        for (point, place) in markup.points.iter().zip(1..) {
+            point.rest.agree(&format!("point {place} of markup {number}"), taken)?;
+        }
+        file.markups.push(markup.checked(number, said, taken.axes)?);
     }
     Ok(file)
 }
@@ -132,7 +122,7 @@ pub fn read(bytes: &[u8], said: Said) -> Result<Markups, MarkupsError> {
 impl Markups {
     /// Names what is left out; a key that is one of the schema's but for its letters is refused, as it says what is read elsewhere.
     fn leave_out(&mut self, place: &str, rest: &Rest, known: &[&'static str]) -> Result<(), MarkupsError> {
-        for key in rest.keys().filter(|key| !PASSED_OVER.contains(&key.as_str())) {
+        for key in rest.keys() {
             let mut all = known.iter().chain(&PASSED_OVER);
             if let Some(known) = all.find(|known| known.eq_ignore_ascii_case(key)) {
                 let (place, found) = (place.to_owned(), quoted(key));
@@ -159,14 +149,23 @@ fn known_schema(found: &str) -> Result<(), MarkupsError> {
 }
 
 impl RawMarkup {
-    fn checked(self, markup: usize, said: Said) -> Result<Markup, MarkupsError> {
+    /// Its axes and its unit.
+    fn taken(&self, markup: usize, said: Said) -> Result<Taken, MarkupsError> {
+        let stated = stated_axes(markup, self.axes.as_ref())?;
+        let axes = said.axes(stated);
+        let unit = stated_unit(markup, self.unit.as_ref())?;
+        Ok(Taken {
+            axes: axes.map_err(|why| MarkupsError::Unsettled { markup, why })?,
+            unit: said.unit.or(unit).unwrap_or(LengthUnit::Millimetre),
+        })
+    }
+
+    fn checked(self, markup: usize, said: Said, axes: PatientAxes) -> Result<Markup, MarkupsError> {
         let kind = MarkupKind::ALL.into_iter().find(|kind| kind.name() == self.kind);
         let found = || quoted(&self.kind);
         let kind = kind.ok_or_else(|| MarkupsError::Kind { markup, found: found() })?;
-        let stated = stated_axes(markup, self.axes.as_ref())?;
         let unit = stated_unit(markup, self.unit.as_ref())?;
         let unsettled = |why| MarkupsError::Unsettled { markup, why };
-        let axes = said.axes(stated).map_err(unsettled)?;
         let mut placed = Vec::new();
         let mut left_out = Vec::new();
         for (point, number) in self.points.iter().zip(1..) {
@@ -206,11 +205,7 @@ fn stated_axes(markup: usize, found: Option<&Value>) -> Result<Option<PatientAxe
 /// A unit as its code, or as code, coding scheme and meaning.
 fn stated_unit(markup: usize, found: Option<&Value>) -> Result<Option<LengthUnit>, MarkupsError> {
     let Some(found) = found else { return Ok(None) };
-    let is_mm = match found {
-        Value::Array(coded) => coded.len() == 3 && coded[0] == "mm" && coded[1] == "UCUM",
-        other => other == "mm",
-    };
-    match is_mm {
+    match is_mm(found) {
         true => Ok(Some(LengthUnit::Millimetre)),
         false => {
             let found = quoted(&found.to_string());

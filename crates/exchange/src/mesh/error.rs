@@ -107,6 +107,12 @@ pub enum MeshError {
         /// What it says.
         found: String,
     },
+    /// A comment says a frame that is neither.
+    #[error("a comment says {found:?}; RAS or LPS is read, and what it says is not overruled")]
+    Frame {
+        /// What it says.
+        found: String,
+    },
     /// The comment says a unit that is not read, or two that differ.
     #[error(
         "a comment says the unit {found:?}; 1 mm and 1 m are read, and what it says is not overruled: write the surface in one of them"

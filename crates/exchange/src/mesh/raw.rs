@@ -1,7 +1,8 @@
 //! A surface as a file has it, before its frame and unit are settled.
 
 use super::{MAX_COUNT, MeshError};
-use crate::{LengthUnit, PatientAxes};
+use crate::units::{About, about, unit_of, units_in};
+use crate::{LengthUnit, NamedUnit, PatientAxes};
 
 /// Points in the file's own numbers, triangles that nobody has checked, and the axes and the unit that its comments say.
 #[derive(Debug, Default)]
@@ -12,6 +13,8 @@ pub(super) struct Raw {
     /// Axes that are named in comments, also otherwise than as `SPACE=`.
     pub(super) named: Vec<PatientAxes>,
     pub(super) unit: Option<LengthUnit>,
+    /// Units that are named in comments.
+    pub(super) units: Vec<NamedUnit>,
 }
 
 impl Raw {
@@ -43,6 +46,7 @@ impl Raw {
                 return Err(found());
             }
         }
+        let mut is_numbered = false;
         for value in assigned(comment, "unit", VERBS).chain(assigned(comment, "units", VERBS)) {
             let found = || MeshError::Unit {
                 found: crate::quoted(value),
@@ -51,14 +55,57 @@ impl Raw {
             if self.unit.replace(unit).is_some_and(|before| before != unit) {
                 return Err(found());
             }
+            // Of `1 unit = 1000 mm` the unit is not mm.
+            is_numbered |= number(value).0.is_some();
         }
+        scale(comment)?;
+        frame(comment)?;
         // Each once, however many comments there are.
-        let new = PatientAxes::named_in(comment)
-            .into_iter()
-            .filter(|axes| !self.named.contains(axes));
-        self.named.extend(new.collect::<Vec<_>>());
+        let axes = PatientAxes::named_in(comment).into_iter();
+        self.named
+            .extend(axes.filter(|axes| !self.named.contains(axes)).collect::<Vec<_>>());
+        let units = units_in(comment).into_iter().filter(|_| !is_numbered);
+        self.units
+            .extend(units.filter(|unit| !self.units.contains(unit)).collect::<Vec<_>>());
         Ok(())
     }
+}
+
+/// Refuses a scale that is not 1: `scale: 10 mm`.
+fn scale(comment: &str) -> Result<(), MeshError> {
+    let words = ["scale", "scaling", "scaled", "scale factor", "scaling factor"];
+    let mut values = words
+        .into_iter()
+        .flat_map(|word| assigned(comment, word, &["by ", "is ", ""]));
+    let is_other = |value: &&str| {
+        let number = number(value).0;
+        number.is_some_and(|number| number != 1.0)
+    };
+    match values.find(is_other) {
+        Some(value) => Err(MeshError::Unit {
+            found: crate::quoted(&format!("scale {value}")),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a frame that has neither RAS nor LPS in it: `coordinate system: LAS`, `frame = scanner`.
+fn frame(comment: &str) -> Result<(), MeshError> {
+    for (place, _) in comment.match_indices(['=', ':']) {
+        // Of the first words, as what stands behind each sign is looked at.
+        let value: String = comment[place + 1..].chars().take(64).collect();
+        let before = &comment[..place];
+        let key = before.rsplit([',', ';', '=', ':']).next().unwrap_or_default();
+        let last = key.trim_end().rsplit([' ', '\t']).next().unwrap_or_default();
+        // `coordinate system` is two words; `1 unit` and `space` are read elsewhere.
+        let is_key = last.eq_ignore_ascii_case("system") || about(last) == Some(About::Axes);
+        let is_space = last.to_ascii_lowercase().ends_with("space");
+        if is_key && !is_space && about(key) == Some(About::Axes) && PatientAxes::named_in(&value).is_empty() {
+            let found = crate::quoted(comment[before.len() - key.len()..].trim());
+            return Err(MeshError::Frame { found });
+        }
+    }
+    Ok(())
 }
 
 /// What stands between the word and the unit where no sign does.
@@ -88,25 +135,23 @@ fn first_word(text: &str) -> &str {
 
 /// A unit as exporters write it, `1000.000000 mm`, `mm`, `meters`; `None` where it is neither 1 mm nor 1 m.
 fn unit(text: &str) -> Option<LengthUnit> {
+    let (number, word) = number(text);
+    let mm = unit_of(first_word(word))?.mm() * number.unwrap_or(1.0);
+    [LengthUnit::Millimetre, LengthUnit::Metre]
+        .into_iter()
+        .find(|unit| unit.mm() == mm)
+}
+
+/// A number at the beginning, and what follows it.
+fn number(text: &str) -> (Option<f64>, &str) {
     let end = text
         .find(|c: char| !(c.is_ascii_digit() || "+-.,eE".contains(c)))
         .unwrap_or(text.len());
     // A word may begin with an `e` too: what is no number is none.
-    let number: Option<f64> = text[..end].parse().ok();
-    let word = if number.is_some() {
-        text[end..].trim_start()
-    } else {
-        text
-    };
-    let mm = match first_word(word).to_ascii_lowercase().as_str() {
-        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
-        "m" | "meter" | "meters" | "metre" | "metres" => 1000.0,
-        _ => return None,
-    };
-    let mm = mm * number.unwrap_or(1.0);
-    [LengthUnit::Millimetre, LengthUnit::Metre]
-        .into_iter()
-        .find(|unit| unit.mm() == mm)
+    match text[..end].parse().ok() {
+        Some(number) => (Some(number), text[end..].trim_start()),
+        None => (None, text),
+    }
 }
 
 /// A count that a head promises, where it may be one.

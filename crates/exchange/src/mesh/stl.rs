@@ -18,7 +18,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw, MeshError> {
         .map(|four| u32::from_le_bytes(*four));
     let promised = count.map(|count| u64::from(count) * TRIANGLE + HEAD as u64 + 4);
     let is_binary = promised == Some(bytes.len() as u64);
-    match is_binary || !bytes.trim_ascii_start().starts_with(b"solid") {
+    let first = bytes.trim_ascii_start().first_chunk::<5>();
+    let is_solid = first.is_some_and(|first| first.eq_ignore_ascii_case(b"solid"));
+    match is_binary || !is_solid {
         true => binary(bytes, count),
         false => text(bytes),
     }
@@ -59,8 +61,8 @@ fn text(bytes: &[u8]) -> Result<Raw, MeshError> {
     raw.comment(&String::from_utf8_lossy(words.line()))?;
     loop {
         match words.next() {
-            b"facet" => {}
-            b"endsolid" => break,
+            word if word.eq_ignore_ascii_case(b"facet") => {}
+            word if word.eq_ignore_ascii_case(b"endsolid") => break,
             found => return Err(words.refused(found, "facet or endsolid: the file is cut off, or no text")),
         }
         words.expect("normal")?;

@@ -39,6 +39,18 @@ pub enum PlusError {
         /// What it should hold.
         expected: &'static str,
     },
+    /// An attribute says a unit or axes.
+    #[error("line {line}: the attribute {key} is {found:?}, and nothing is read from it; expected {expected}")]
+    Claim {
+        /// Where.
+        line: u32,
+        /// The attribute.
+        key: String,
+        /// What it says.
+        found: String,
+        /// What is read.
+        expected: &'static str,
+    },
     /// A wire of the phantom lacks something, or has what it must not.
     #[error("line {line}: {key} of a Wire is {found}; expected {expected}")]
     Wire {

@@ -5,7 +5,8 @@ use std::str;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::{Definition, DeviceSet, MAX_BYTES, MAX_TRANSFORMS, PlusError};
-use crate::{quoted, unmarked};
+use crate::units::{About, about, unit_of};
+use crate::{LengthUnit, quoted, unmarked};
 
 /// Most nodes of a document: what is held of one is bounded with the file's length, and this much sooner.
 const MAX_NODES: u32 = 1_000_000;
@@ -15,7 +16,7 @@ const MOST: f64 = 1e9;
 /// Reads a file. Every transform of it must be whole; that one is rigid is asked for in [`DeviceSet::find`] alone, as those of images are not.
 ///
 /// # Errors
-/// The first five variants of [`PlusError`].
+/// The first six variants of [`PlusError`].
 pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
     let text = text(bytes)?;
     let document = document(text)?;
@@ -30,6 +31,8 @@ pub fn read(bytes: &[u8]) -> Result<DeviceSet, PlusError> {
     if !root.has_tag_name("PlusConfiguration") {
         return Err(other(&root, 1));
     }
+    unclaimed(&document, &root)?;
+    unclaimed(&document, place)?;
     let transforms: Vec<Node<'_, '_>> = place.children().filter(|node| node.has_tag_name("Transform")).collect();
     let found = transforms.len();
     if found > MAX_TRANSFORMS {
@@ -69,7 +72,31 @@ fn other(root: &Node<'_, '_>, found: usize) -> PlusError {
     PlusError::Other { root, found }
 }
 
+/// Refuses an attribute about units or axes, which PLUS does not have and nothing here reads: PLUS's numbers are mm, between the frames that
+/// a transform names.
+fn unclaimed(document: &Document<'_>, node: &Node<'_, '_>) -> Result<(), PlusError> {
+    let other = node.attributes().find_map(|attribute| match about(attribute.name()) {
+        Some(About::Unit) if unit_of(attribute.value().trim()) == Some(LengthUnit::Millimetre) => None,
+        Some(About::Unit) => Some((attribute, "mm, which PLUS is in")),
+        Some(About::Axes) => Some((
+            attribute,
+            "no such attribute: the frames of a transform are From and To",
+        )),
+        None => None,
+    });
+    match other {
+        None => Ok(()),
+        Some((attribute, expected)) => Err(PlusError::Claim {
+            line: document.text_pos_at(node.range().start).row,
+            key: quoted(attribute.name()),
+            found: quoted(attribute.value()),
+            expected,
+        }),
+    }
+}
+
 fn definition(document: &Document<'_>, node: &Node<'_, '_>) -> Result<Definition, PlusError> {
+    unclaimed(document, node)?;
     let line = document.text_pos_at(node.range().start).row;
     let refused = |key, found: &str, expected| PlusError::Attribute {
         line,

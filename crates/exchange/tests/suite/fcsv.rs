@@ -120,6 +120,49 @@ fn axes_that_are_written_a_little_differently_are_not_overruled() {
     assert_eq!(read(&text).points[0].position, Point::new(-10.0, -20.0, 30.0));
 }
 
+/// Centimetres were read as mm: no comment about units was looked at.
+#[test]
+fn a_unit_that_a_comment_says_is_not_overruled() {
+    let row = "1,10,20,30,0,0,0,1,1,1,0,a,,\n";
+    let said = |head: &str, unit| {
+        let text =
+            format!("# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n{head}\n{COLUMNS}\n{row}");
+        let found = fcsv::read(text.as_bytes(), Said { axes: None, unit });
+        found
+            .map(|file| file.points[0].position.mm()[0])
+            .map_err(|error| error.to_string())
+    };
+    for head in [
+        "# coordinateUnits = cm",
+        "# Units = m",
+        "# units: inch",
+        "# unit = 10 mm",
+        "# frame = scanner",
+        "# space: LAS",
+    ] {
+        for unit in [None, Some(LengthUnit::Millimetre)] {
+            let refused = said(head, unit).unwrap_err();
+            assert!(refused.contains("line 3: a comment is"), "{refused}");
+        }
+    }
+    let refused = said("# all in cm", None).unwrap_err();
+    assert!(
+        refused.contains("the word \"cm\" and its numbers would be taken in mm"),
+        "{refused}"
+    );
+    for head in [
+        "# coordinateUnits = mm",
+        "# units: mm",
+        "# in mm, along LPS",
+        "# frame: LPS",
+    ] {
+        assert_eq!(said(head, None), Ok(10.0), "{head}");
+    }
+    // Believed, and 30 m are beyond any patient.
+    let refused = said("# in m", Some(LengthUnit::Metre)).unwrap_err();
+    assert!(refused.contains("30000 mm"), "{refused}");
+}
+
 /// Columns in another order were read in the usual one where the key had another case, and where there was none.
 #[test]
 fn columns_that_are_not_said_or_are_others_are_refused() {

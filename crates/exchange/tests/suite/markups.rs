@@ -213,3 +213,93 @@ proptest! {
         }
     }
 }
+
+/// At the top, in a point and in keys of other names they were passed over: the mirror, or a tenth of each place.
+#[test]
+fn axes_and_units_that_are_said_elsewhere_are_not_overruled() {
+    let with = |top: &str, markup: &str, point: &str| {
+        format!(
+            "{{\"@schema\": \"{SCHEMA}\", {top}\"markups\": [{{\"type\": \"Fiducial\"{markup}, \"controlPoints\": [{{\"position\": [30, 4, 50]{point}}}]}}]}}"
+        )
+    };
+    let lps = Said {
+        axes: Some(PatientAxes::Lps),
+        unit: None,
+    };
+    let read = |text: &str| markups::read(text.as_bytes(), lps).map_err(|error| error.to_string());
+    for (top, markup, point, words) in [
+        (
+            "\"coordinateSystem\": \"RAS\", ",
+            "",
+            "",
+            "the file has the key \"coordinateSystem\", which says \"RAS\"",
+        ),
+        (
+            "\"coordinateUnits\": \"cm\", ",
+            "",
+            "",
+            "the file has the key \"coordinateUnits\", which says \"cm\"",
+        ),
+        (
+            "\"comment\": \"coordinate system is RAS\", ",
+            "",
+            "",
+            "the file has the key \"comment\"",
+        ),
+        (
+            "\"meta\": {\"made\": [\"all in cm\"]}, ",
+            "",
+            "",
+            "the file has the key \"made\"",
+        ),
+        (
+            "\"meta\": {\"units\": \"cm\"}, ",
+            "",
+            "",
+            "the file has the key \"units\"",
+        ),
+        ("", ", \"space\": \"RAS\"", "", "markup 1 has the key \"space\""),
+        ("", ", \"space\": 0", "", "markup 1 has the key \"space\", which says 0"),
+        (
+            "",
+            ", \"units\": \"cm\", \"units\": \"mm\"",
+            "",
+            "markup 1 has the key \"units\"",
+        ),
+        (
+            "",
+            "",
+            ", \"coordinateSystem\": \"RAS\"",
+            "point 1 of markup 1 has the key \"coordinateSystem\"",
+        ),
+        (
+            "",
+            "",
+            ", \"coordinateUnits\": \"cm\"",
+            "point 1 of markup 1 has the key \"coordinateUnits\"",
+        ),
+        (
+            "",
+            "",
+            ", \"frame\": \"scanner\"",
+            "point 1 of markup 1 has the key \"frame\"",
+        ),
+    ] {
+        let said = read(&with(top, markup, point)).unwrap_err();
+        assert!(
+            said.contains(words) && said.contains("taken along LPS and in mm"),
+            "{said}"
+        );
+    }
+    for (top, markup, point) in [
+        ("\"coordinateSystem\": \"LPS\", \"coordinateUnits\": \"mm\", ", "", ""),
+        (
+            "\"comment\": \"from RAS to LPS, cm to mm\", ",
+            ", \"space\": \"lps\"",
+            ", \"units\": \"mm\"",
+        ),
+    ] {
+        let found = read(&with(top, markup, point)).unwrap();
+        assert_eq!(found.markups[0].points[0].position, Point::new(30.0, 4.0, 50.0));
+    }
+}

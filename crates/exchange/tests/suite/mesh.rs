@@ -256,6 +256,57 @@ fn a_unit_that_a_comment_says_is_not_overruled() {
     assert_eq!(second("with unit normals, a community mesh", None), Ok(25.0));
 }
 
+/// Centimetres were read as mm where no sign stands behind the word, and a frame that is neither LPS nor RAS as the one that was said.
+#[test]
+fn a_unit_a_scale_or_a_frame_in_other_words_is_not_overruled() {
+    let obj = |comment: &str| format!("# {comment}\nv 0 0 0\nv 25 0 0\nv 0 10 0\nf 1 2 3\n").into_bytes();
+    for (comment, words) in [
+        ("unit cm", "the word \"cm\""),
+        ("units cm", "the word \"cm\""),
+        ("all in cm", "the word \"cm\""),
+        ("(cm)", "the word \"cm\""),
+        ("coordinates in inches", "the word \"inches\""),
+        ("length unit m", "the word \"m\""),
+        ("scale: 10 mm", "the unit \"scale 10 mm"),
+        ("scale factor = 0.1", "the unit \"scale 0.1"),
+        ("scaled by 10", "the unit \"scale 10"),
+        ("scale 10", "the unit \"scale 10"),
+        ("frame=scanner", "a comment says \"frame=scanner\""),
+        ("coordinate system: LAS", "a comment says \"coordinate system: LAS\""),
+        ("a; CoordinateSystem = 2", "a comment says \"CoordinateSystem = 2\""),
+    ] {
+        let said = refused(&obj(comment), MeshFormat::Obj, LPS);
+        assert!(said.contains(words), "{comment}: {said}");
+    }
+    for comment in [
+        "unit mm",
+        "all in mm",
+        "from cm to mm",
+        "scale: 1",
+        "grayscale: 8",
+        "frame: LPS",
+        "scale: linear",
+    ] {
+        read(&obj(comment), MeshFormat::Obj);
+    }
+    let head = "ply\nformat ascii 1.0\ncomment unit cm\n";
+    let text = String::from_utf8(ply("ascii", false)).unwrap();
+    let ply = text.replace("ply\nformat ascii 1.0\n", head);
+    assert!(refused(ply.as_bytes(), MeshFormat::Ply, LPS).contains("the word \"cm\""));
+}
+
+/// Text in capitals was refused as a binary file of 1 414 677 846 triangles.
+#[test]
+fn text_in_capitals_is_text() {
+    let text = stl_text().to_uppercase();
+    assert_eq!(
+        corners(&read(text.as_bytes(), MeshFormat::Stl)),
+        corners(&tetrahedron())
+    );
+    let cut = &text[..text.len() / 2];
+    assert!(refused(cut.as_bytes(), MeshFormat::Stl, LPS).contains("line "));
+}
+
 /// Files of VTK as version 4 and 5 have them, as text and as binary, most significant byte first.
 fn vtk(version: &str, is_text: bool) -> Vec<u8> {
     let kind = if is_text { "ASCII" } else { "BINARY" };

@@ -41,6 +41,34 @@ fn a_stylus_is_found_by_its_names_forwards_and_backwards() {
     assert!((back.to_from_from * tip).distance(Point::new(0.0, 0.0, 0.0)) < 1e-12);
 }
 
+/// Metres were read as mm, and any axes as the tool's.
+#[test]
+fn a_unit_or_axes_that_an_attribute_says_are_not_overruled() {
+    let with = |attribute: &str| set(&STYLUS.replace("Error=", &format!("{attribute} Error=")));
+    let find = |text: &str| plus::read(text.as_bytes()).and_then(|set| set.find::<Marker, Tool>("StylusTip", "Stylus"));
+    for (attribute, words) in [
+        ("Units=\"m\"", "line 2: the attribute Units is \"m\""),
+        ("unit=\"cm\"", "expected mm, which PLUS is in"),
+        (
+            "CoordinateSystem=\"RAS\"",
+            "line 2: the attribute CoordinateSystem is \"RAS\"",
+        ),
+        ("CoordinateUnits=\"inch\"", "is \"inch\""),
+        ("Frame=\"LPS\"", "the frames of a transform are From and To"),
+    ] {
+        let said = find(&with(attribute)).unwrap_err().to_string();
+        assert!(said.contains(words), "{said}");
+    }
+    for text in [
+        set(STYLUS).replace("<CoordinateDefinitions>", "<CoordinateDefinitions Units=\"m\">"),
+        set(STYLUS).replace("version=", "LengthUnit=\"m\" version="),
+    ] {
+        let said = find(&text).unwrap_err().to_string();
+        assert!(said.contains("line 1: the attribute"), "{said}");
+    }
+    assert!(find(&with("Units=\"mm\" Persistent=\"TRUE\"")).is_ok());
+}
+
 /// The first that was asked for was taken, whatever the way back said.
 #[test]
 fn both_ways_between_two_frames_must_agree() {

@@ -35,3 +35,40 @@ fn another_label_map_than_the_named_one_is_refused() {
     let refused = pinned(Some(ABC), path, None).unwrap_err();
     assert!(refused.found.contains("not one file"));
 }
+
+/// By its ending a header named as a whole file was one: its digest pinned no voxel.
+#[test]
+fn a_header_that_names_the_file_of_its_voxels_has_no_digest_whatever_its_ending() {
+    let folder = tempfile::tempdir().unwrap();
+    let digest = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        of_labels(&path).unwrap()
+    };
+    let long = "# filler\n".repeat(200_000);
+    for (name, text) in [
+        ("a.nrrd", "NRRD0004\ntype: short\ndata file: lab.raw\n\n"),
+        ("b.nrrd", "NRRD0004\r\nDataFile: lab.raw\r\n"),
+        ("c.nrrd", "NRRD0004\nDATA FILE:LIST\na.raw\nb.raw\n"),
+        ("d.nrrd", &format!("NRRD0004\n{long}\n")),
+        ("e.mha", "ObjectType = Image\nElementDataFile = lab.raw\n"),
+        ("f.mha", "ObjectType = Image\n ElementDataFile=LIST\na.raw\n"),
+        ("g.nii", "ObjectType = Image\nElementDataFile = lab.raw\n"),
+    ] {
+        assert_eq!(digest(name, text), None, "{name}");
+    }
+    for (name, text) in [
+        (
+            "a.nrrd",
+            "NRRD0004\ntype: short\nkey:=data file: x\n# data file: x\n\ndata file: x\n",
+        ),
+        (
+            "e.mha",
+            "ObjectType = Image\nElementDataFile = LOCAL\nElementDataFile = lab.raw\n",
+        ),
+    ] {
+        assert_eq!(digest(name, text), Some(of(text.as_bytes())), "{name}");
+    }
+    // The generated patient is no file, and one of its name in this folder is not its voxels.
+    assert_eq!(of_labels(Path::new("phantom")).unwrap(), None);
+}

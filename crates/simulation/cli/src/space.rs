@@ -82,8 +82,8 @@ impl Space {
         let refused = |why| source.error_at(why).to_string();
         let plan = Plan::new(&source.scene).map_err(refused)?;
         let space = &source.scene.space;
-        let beside = || path.parent().unwrap_or_else(|| Path::new("")).join(&space.labels);
-        let (scene, path) = (path, instead.map_or_else(beside, Path::to_owned));
+        let named = || scene::labels_beside(path, &space.labels);
+        let (scene, path) = (path, instead.map_or_else(named, Path::to_owned));
         let why = |found: String| {
             let obtain = space
                 .obtain

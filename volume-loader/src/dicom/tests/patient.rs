@@ -103,6 +103,68 @@ fn a_slice_of_another_patient_study_or_frame_is_refused_by_file_and_without_valu
     }
 }
 
+/// Two persons of one PatientID, and two positions, were one volume.
+#[test]
+fn a_slice_of_another_person_or_position_is_refused_by_file_and_without_values() {
+    let name = (0x0010, 0x0010);
+    for (tag, vr, said, other, words) in [
+        (name, "PN", "DOE^SECRET", "ROE^SECRET", "(0010,0010) PatientName"),
+        (name, "PN", "DOE^SECRET", "DOE SECRET", "(0010,0010) PatientName"),
+        (
+            (0x0010, 0x0021),
+            "LO",
+            "SECRET A",
+            "SECRET B",
+            "(0010,0021) IssuerOfPatientID",
+        ),
+        (
+            (0x0010, 0x0030),
+            "DA",
+            "19520229",
+            "19520228",
+            "(0010,0030) PatientBirthDate",
+        ),
+        ((0x0010, 0x0040), "CS", "F", "M", "(0010,0040) PatientSex"),
+        ((0x0018, 0x5100), "CS", "HFS", "FFS", "(0018,5100) PatientPosition"),
+    ] {
+        let mut files = stack(5);
+        all(&mut files, tag, vr, said);
+        files[3].text(tag, vr, other);
+        let folder = Folder::new();
+        for (k, file) in files.iter().enumerate() {
+            folder.put(&format!("slice{k}.dcm"), &file.bytes());
+        }
+        let refused = folder.refused();
+        let expected = format!("slice3.dcm: {words}: found another in 1 slices, expected the one in 4 slices");
+        assert!(refused.contains(&expected), "{refused}");
+        // One letter is in every sentence.
+        assert!(
+            !refused.contains("SECRET") && (said.len() == 1 || !refused.contains(said)),
+            "{refused}"
+        );
+        // A file that does not say it is of any.
+        files[3].text(tag, vr, "");
+        Folder::of(&files).open().unwrap();
+        files[3].remove(tag);
+        Folder::of(&files).open().unwrap();
+    }
+    // Padding, and components at the end that are empty, are no other name.
+    let mut files = stack(6);
+    for (file, same) in files.iter_mut().zip([
+        "DOE^ANN",
+        "DOE^ANN ",
+        "DOE^ANN^^^",
+        "DOE ^ANN^ =",
+        " DOE^ ANN",
+        "DOE^ANN==^",
+    ]) {
+        file.text(name, "PN", same);
+    }
+    Folder::of(&files).open().unwrap();
+    files[5].text(name, "PN", "DOE^^ANN");
+    assert!(Folder::of(&files).refused().contains("PatientName"));
+}
+
 #[test]
 fn halves_of_two_patients_are_refused_and_the_words_are_always_the_same() {
     let mut files = stack(6);

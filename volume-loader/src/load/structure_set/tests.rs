@@ -37,6 +37,14 @@ fn bytes(rois: &[Roi], coding: Coding) -> Vec<u8> {
 
 /// With this contour in the place of those of the first region.
 fn file(rois: &[Roi], coding: Coding, first: Option<Elements>) -> Vec<u8> {
+    let file = made(rois, coding, first);
+    match coding {
+        Coding::Explicit => file.bytes(),
+        coding => file.coded(coding).bytes(),
+    }
+}
+
+fn made(rois: &[Roi], coding: Coding, first: Option<Elements>) -> File {
     let mut file = File {
         coding,
         syntax: "1.2.840.10008.1.2.1".to_owned(),
@@ -72,10 +80,7 @@ fn file(rois: &[Roi], coding: Coding, first: Option<Elements>) -> Vec<u8> {
         (0x3006, 0x0039),
         Value::Items(rois.iter().map(contours).collect(), true),
     );
-    match coding {
-        Coding::Explicit => file.bytes(),
-        coding => file.coded(coding).bytes(),
-    }
+    file
 }
 
 struct World(tempfile::TempDir);
@@ -118,6 +123,42 @@ fn points_have_their_names_and_places_in_every_coding() {
         );
     }
     assert_eq!(world.read(&File::slice(0, 0.0).bytes()).unwrap(), None);
+}
+
+/// Neither was told.
+#[test]
+fn a_set_of_another_patient_and_one_that_was_rejected_are_refused() {
+    let world = World::new();
+    let with = |set: &[((u16, u16), &'static str, &str)], slices: &str| {
+        for k in 0..4 {
+            let mut file = File::slice(k, 2.5 * k as f64);
+            file.text((0x0010, 0x0020), "LO", slices);
+            std::fs::write(world.0.path().join(format!("ct/{k}.dcm")), file.bytes()).unwrap();
+        }
+        let mut file = made(&rois(), Coding::Explicit, None);
+        for (tag, vr, value) in set {
+            file.text(*tag, vr, value);
+        }
+        let found = world.read(&file.bytes());
+        found
+            .map(|set| set.unwrap().points.len())
+            .map_err(|error| error.to_string())
+    };
+    let (id, status) = ((0x0010, 0x0020), (0x300E, 0x0002));
+    let other = with(&[(id, "LO", "SECRET2")], "SECRET1").unwrap_err();
+    assert!(
+        other.contains("points.dcm: (0010,0020) PatientID: found another"),
+        "{other}"
+    );
+    assert!(!other.contains("SECRET"), "{other}");
+    for (set, slices) in [("SECRET1 ", "SECRET1"), ("", "SECRET1"), ("SECRET1", "")] {
+        assert_eq!(with(&[(id, "LO", set)], slices), Ok(2), "{set:?} {slices:?}");
+    }
+    let rejected = with(&[(status, "CS", "REJECTED")], "").unwrap_err();
+    assert!(rejected.contains("ApprovalStatus: found REJECTED"), "{rejected}");
+    for good in ["APPROVED", "UNAPPROVED"] {
+        assert_eq!(with(&[(status, "CS", good)], ""), Ok(2), "{good}");
+    }
 }
 
 #[test]

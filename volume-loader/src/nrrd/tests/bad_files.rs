@@ -86,6 +86,36 @@ fn headers_are_refused_by_name() {
     assert!(matches!(refused_bytes(&long), E::Endless { .. }));
 }
 
+/// Metres were read as mm: beside directions nobody looked at the units of the array's axes, and at keys by the names of fields never.
+#[test]
+fn a_unit_or_a_space_that_is_said_elsewhere_is_not_passed_over() {
+    let read = |more: &[&str]| read_bytes(&hand(more, &counted()));
+    for more in [
+        &["units: \"m\" \"m\" \"m\""][..],
+        &["units: \"mm\" \"mm\" \"cm\""],
+        &["units: m m m"],
+        &["units: \"inch\" \"inch\" \"inch\""],
+        &["units: \"mm\" \"mm\" \"mm\"", "space units: \"m\" \"m\" \"m\""],
+    ] {
+        let error = read(more).unwrap_err().to_string();
+        assert!(
+            error.contains("line 10: units is") && error.contains("expected mm"),
+            "{more:?}: {error}"
+        );
+    }
+    for more in [
+        &["units: \"mm\" \"mm\" \"mm\""][..],
+        &["units: \"\" \"\" \"\""],
+        &["units: \"cm\" \"cm\" \"cm\"", "space units: \"cm\" \"cm\" \"cm\""],
+        &["Author:=units of space"],
+    ] {
+        read(more).unwrap_or_else(|error| panic!("{more:?}: {error}"));
+    }
+    for key in ["space:=RAS", "Space Units:=\"m\"", "units:=m"] {
+        assert!(read(&[key]).unwrap_err().to_string().contains("before :="), "{key}");
+    }
+}
+
 #[test]
 fn values_are_refused_with_line_and_text() {
     for bad in [
