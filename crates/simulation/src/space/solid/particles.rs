@@ -124,6 +124,7 @@ impl Particles {
     ) -> Result<Self, NoParticles> {
         NotMixed::check(&material.law, &material.lame, mesh.is_mixed())?;
         let field = Field::new(particles)?;
+        // why all points at once: what moves a place depends on where particles are, never on the state.
         let mut solid = Self {
             weights: vec![0.0; UNKNOWNS * particles.len()],
             parts: Vec::new(),
@@ -138,6 +139,7 @@ impl Particles {
             field,
             material,
         };
+        // Cubes with next to nothing in them go with their neighbours: alone they would have dilatations of next to no volume.
         for (_, points) in mesh.parts() {
             let part = solid.part(&points, mesh, &weight)?;
             solid.parts.push(part);
@@ -171,6 +173,7 @@ impl Particles {
     fn part(&mut self, points: &[VolumePoint], mesh: &Mesh, weight: &Vector3<f64>) -> Result<Part, NoParticles> {
         let shares: Result<Vec<_>, _> = points.iter().map(|p| self.shares_of(&p.at)).collect();
         let shares = shares?;
+        // In the order of their numbers, so that sums are in one order.
         let vectors: BTreeSet<u32> = shares.iter().flatten().map(|s| s.node).collect();
         let vectors: Vec<u32> = vectors.into_iter().collect();
         let each = points.iter().zip(&shares).map(|(point, shares)| {

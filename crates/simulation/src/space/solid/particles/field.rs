@@ -106,9 +106,11 @@ impl Field {
             curvature,
         });
         let particle = &self.particles[number as usize];
+        // why lengths: all unknowns have the unit of length, so that one tolerance of forces serves them.
         let from = (at - particle.at) / particle.radius;
         for k in 0..3 {
             let axis = Vector3::ith(k, 1.0 / particle.radius);
+            // The factor is linear: its slope meets that of the share twice, and it has no second derivative.
             let mixed = slope * axis.transpose();
             shares.push(Share {
                 node: node + 1 + k as u32,
