@@ -272,6 +272,7 @@ impl Solid for Particles {
     }
 
     fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets, offset: usize) -> Option<()> {
+        // A cube's particles are all coupled by it: one dense block of some fifty vectors.
         let (mut u, mut packed) = (Vec::new(), Vec::new());
         for part in &self.parts {
             let u = taken(&part.vectors, a, &mut u);
@@ -296,6 +297,7 @@ impl Solid for Particles {
     }
 
     fn stiffness_scale(&self) -> f64 {
+        // Against shear, as of a mesh, whose cubes' sides particles' radii stand for.
         let radius = self.particles().iter().map(|p| p.radius).fold(0.0, f64::max);
         2.0 * self.material.lame.mu * radius
     }

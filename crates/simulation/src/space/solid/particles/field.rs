@@ -35,6 +35,7 @@ struct Kernel {
 
 impl Kernel {
     fn of(number: u32, particle: &Particle, at: &Vector3<f64>) -> Option<Self> {
+        // A polynomial of the squared distance: smooth in the middle, where the distance has no slope.
         let (d, square) = (at - particle.at, particle.radius * particle.radius);
         let t = 1.0 - d.norm_squared() / square;
         (t > 0.0).then(|| Self {
@@ -122,6 +123,7 @@ impl Field {
     }
 
     fn kernels(&self, at: &Vector3<f64>) -> Vec<Kernel> {
+        // A bin is as large as the largest radius: what reaches a place is in its own and the 26 about it.
         let middle = of_bin(at, self.bin);
         let around = (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| [x, y, z])));
         let near = around.filter_map(|by: [i64; 3]| {
