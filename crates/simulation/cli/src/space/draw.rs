@@ -182,10 +182,14 @@ impl<'a> Album<'a> {
         self.captions(&mut canvas, state, what);
         let left = f64::from(3 * (SIDE + 8) + 12);
         frame::bar(&mut canvas, &self.ramp, [left, 130.0, f64::from(SIDE) + 90.0], unit);
+        let rigid = match self.whole.plan.contacts.is_empty() {
+            true => "named rigid: holds, is no obstacle",
+            false => "named rigid: holds, keeps out what a contact names",
+        };
         let all = [
             (cut::AT_REST, "line: the organ's border at rest"),
             (cut::LEFT[0], "hatched: was organ at rest, nothing is known of it now"),
-            (cut::RIGID, "named rigid: holds, is no obstacle"),
+            (cut::RIGID, rigid),
             (cut::OTHER, "other labels: not modelled, drawn at rest"),
             (cut::OVERLAP, "overlap: of organs, or with the tube"),
             (cut::TUBE, "tube"),
