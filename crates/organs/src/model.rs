@@ -267,6 +267,19 @@ fn first_touch(way: &Way, bodies: &[Body], system: &System) -> Checked<f64> {
             return Err(starts());
         }
     }
+    // Between points of a surface a thin tube meets none of them, and is in the organ all the same.
+    let entered = bodies.iter().position(|body| way.last(&body.field).is_finite());
+    if let Some(k) = entered.filter(|_| !first.is_finite()) {
+        let found = format!(
+            "points of the surface of {:?} between which the tube goes in and meets none",
+            bodies[k].name
+        );
+        return Err(invalid(
+            format!("organs.{k}.cubes"),
+            found,
+            "smaller cubes there (side, levels, within), or a wider tube",
+        ));
+    }
     if !first.is_finite() {
         return Err(invalid(
             "tube",

@@ -52,6 +52,18 @@ fn the_ball_is_touched_where_it_is_and_held_by_nodes_and_bath() {
     assert_eq!(model.targets.len(), 1);
 }
 
+/// It was told that the tube touches no organ.
+#[test]
+fn a_tube_so_thin_that_it_meets_no_point_is_refused_by_the_cubes() {
+    let thin = SCENE
+        .replace("diameter = 12.0", "diameter = 0.2")
+        .replace("step = 2.0", "step = 0.04")
+        .replace("within = [12.0]", "within = [0.1]");
+    let (plan, labels) = (plan(&thin).unwrap(), labels(AXES).unwrap());
+    let refused = Model::without_tube(&plan, &labels).unwrap_err();
+    assert_eq!(refused.key, "organs.0.cubes", "{refused:?}");
+}
+
 #[test]
 fn points_too_far_apart_for_the_tube_are_refused_without_it_too() {
     let thin = SCENE

@@ -33,8 +33,6 @@ const SIDE: u32 = 420;
 const SMALL: u32 = 300;
 /// Of the numbers of a state, this part lies within the colours: where stress is infinite it does not take them all.
 const WITHIN: f64 = 0.99;
-/// What every picture says of contact.
-const CONTACT: &str = "no friction, no contact but with the tube";
 
 /// All that pictures of a run have in common.
 pub(super) struct Album<'a> {
@@ -259,7 +257,11 @@ impl<'a> Album<'a> {
         canvas.text([76.0, 15.0], self.whole.title, 17.0, frame::WORDS, Anchor::Left);
         let (words, colour) = self.said(state);
         canvas.text([10.0, 38.0], &format!("{words}: {what}"), 14.0, colour, Anchor::Left);
-        let words = format!("{}; {CONTACT}", self.known());
+        let contact = match self.whole.plan.contacts.is_empty() {
+            true => "no friction, no contact but with the tube",
+            false => "no friction, no contact but with the tube and what keeps organs out",
+        };
+        let words = format!("{}; {contact}", self.known());
         canvas.text([10.0, 60.0], &words, 13.0, frame::QUIET, Anchor::Left);
     }
 
