@@ -208,13 +208,14 @@ mod tests {
             assert!((gone - 0.006..gone + 0.034).contains(&found), "{found} after {gone}");
             assert!(points <= found + 1e-9, "{points} {found}");
         }
+        // A fifth of the radius, and a tenth of the side of cubes of 6 mm.
         let found = between(&space.model, &a);
-        let words = refused(&found, 6.0, &space.labels).unwrap();
-        assert!(
-            words.contains("between the points") && words.contains("1.20 mm"),
-            "{words}"
-        );
-        assert!(refused(&found, 8.0, &space.labels).is_none());
+        for (radius, most) in [(2.0, "0.40 mm"), (6.0, "0.60 mm")] {
+            let words = refused(&found, radius, &space.labels).unwrap();
+            assert!(words.contains("between the points") && words.contains(most), "{words}");
+        }
+        let shallow = Between { depth: 0.5, ..found };
+        assert!(refused(&shallow, 6.0, &space.labels).is_none() && refused(&shallow, 2.0, &space.labels).is_some());
     }
 
     /// A ball squeezed evenly: its least determinant and its stretches are those of the map.
