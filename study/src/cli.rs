@@ -40,7 +40,7 @@ A study file:
 Examples:
   study config/study/small.toml --out DIR
   pilot study config/study/accuracy.toml --out DIR
-  pilot study config/study/*.toml --out DIR --threads 2";
+  pilot study config/study/surface.toml --out DIR --threads 2";
 
 /// Holds the predicted error of whole operations against the true one, in silico
 #[derive(Debug, Parser)]

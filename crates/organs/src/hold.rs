@@ -52,7 +52,7 @@ pub struct Overlap {
 
 /// All pairs of attachments that hold the same points.
 pub(crate) fn overlaps(plan: &Plan, labels: &Labels, bodies: &[Body]) -> Vec<Overlap> {
-    let of: Vec<Vec<u16>> = plan.attachments.iter().map(|one| labels_of(plan, one)).collect();
+    let of: Vec<Vec<u16>> = plan.attachments.iter().map(|one| plan.labels_of(&one.to)).collect();
     let mut all = Vec::new();
     for (j, two) in plan.attachments.iter().enumerate() {
         for (i, one) in plan.attachments[..j]
@@ -94,7 +94,7 @@ pub(crate) fn all(
     if let Some(bath) = plan.bath {
         for (number, body) in bodies.iter().enumerate() {
             let ties: Vec<&Attachment> = plan.attachments.iter().filter(|a| a.organ == number).collect();
-            let of: Vec<Vec<u16>> = ties.iter().map(|tie| labels_of(plan, tie)).collect();
+            let of: Vec<Vec<u16>> = ties.iter().map(|tie| plan.labels_of(&tie.to)).collect();
             let tied = |x: &Vector3<f64>| ties.iter().zip(&of).any(|(tie, of)| labels.is_near(x, tie.within, of));
             // What a hole holds is not what is around the organ: springs there would stiffen one that is hollow.
             let around = |x: &Vector3<f64>, normal: &Vector3<f64>| {
@@ -119,13 +119,6 @@ pub(crate) fn all(
     }
 }
 
-fn labels_of(plan: &Plan, one: &Attachment) -> Vec<u16> {
-    one.to
-        .iter()
-        .flat_map(|r| plan.rigid[*r].labels.iter().copied())
-        .collect()
-}
-
 fn attached(
     plan: &Plan,
     labels: &Labels,
@@ -142,14 +135,13 @@ fn attached(
             "less: all voxels so near to each point are looked at",
         ));
     }
-    let (of, body) = (labels_of(plan, one), &bodies[one.organ]);
+    let (of, body) = (plan.labels_of(&one.to), &bodies[one.organ]);
     let near = |x: &Vector3<f64>| labels.is_near(x, one.within, &of);
     let how = match one.stiffness {
         None => nodes(one.organ, body, system, &near),
         Some(stiffness) => springs_at(one.organ, stiffness, body, system, springs, &|x, _| near(x)),
     };
-    let names: Vec<&str> = one.to.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
-    let names = names.join(", ");
+    let names = plan.names_of(&one.to);
     let how = how.ok_or_else(|| {
         let found = format!(
             "no point of the surface of {:?} is within {} mm of {names}",

@@ -198,6 +198,20 @@ impl Plan {
         .checked()
     }
 
+    /// The labels of what is rigid, by its numbers.
+    pub(crate) fn labels_of(&self, rigid: &[usize]) -> Vec<u16> {
+        rigid
+            .iter()
+            .flat_map(|r| self.rigid[*r].labels.iter().copied())
+            .collect()
+    }
+
+    /// Its names, a comma between.
+    pub(crate) fn names_of(&self, rigid: &[usize]) -> String {
+        let names: Vec<&str> = rigid.iter().map(|r| self.rigid[*r].name.as_str()).collect();
+        names.join(", ")
+    }
+
     /// # Errors
     /// A field that is not what its name says.
     fn checked(self) -> Checked<Self> {

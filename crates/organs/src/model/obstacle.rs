@@ -47,16 +47,10 @@ impl Obstacle {
         stroke: f64,
     ) -> Checked<Self> {
         let key = |last: &str| format!("contacts.{k}.{last}");
-        let names: Vec<&str> = contact.with.iter().map(|r| plan.rigid[*r].name.as_str()).collect();
-        let by = names.join(", ");
+        let (by, of) = (plan.names_of(&contact.with), plan.labels_of(&contact.with));
         let reach = |corner: &Vector3<f64>, by: f64| corner.add_scalar(by);
         let [low, high] = &body.field.corners;
         let corners = [reach(low, -stroke), reach(high, stroke)];
-        let of: Vec<u16> = contact
-            .with
-            .iter()
-            .flat_map(|r| plan.rigid[*r].labels.iter().copied())
-            .collect();
         let far = SPREAD * contact.smoothing + 2.0 * contact.ball + MARGIN * labels.spacing.max();
         let (map, voxels) = labels.around([&reach(&corners[0], -far), &reach(&corners[1], far)], &of);
         let map = LabelMap { labels: &voxels, ..map };

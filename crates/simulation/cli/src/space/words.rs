@@ -206,12 +206,13 @@ fn no_obstacle(plan: &Plan) -> Vec<String> {
 /// tube comes over, however thin a wall they are.
 fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
     let (way, last) = (&model.way, model.free + model.way.stroke);
-    let (tip, tail) = (way.middle(last), way.middle(last) - way.direction * (way.length + last));
-    let reach = way.radius;
+    // Where a tube is thinner than a voxel its axis lies in one whose middle is no farther than half a diagonal.
+    let (reach, end) = (way.radius.max(0.5 * labels.spacing.norm()), last - way.radius);
+    let (tip, tail) = (way.tip(end), way.tip(-way.length));
     let corners = [tip.inf(&tail).add_scalar(-reach), tip.sup(&tail).add_scalar(reach)];
     let mut found = std::collections::BTreeSet::new();
     labels.each([&corners[0], &corners[1]], &mut |at, label| {
-        if label == 0 || found.contains(&label) || distance(&at, &tail, &tip) > reach {
+        if label == 0 || found.contains(&label) || way.off_axis(&at, end) > reach {
             return;
         }
         // Of an organ's label what smoothing took away, or another part of it, is passed through too.
@@ -225,13 +226,6 @@ fn passed(plan: &Plan, labels: &Labels, model: &Model) -> String {
         None => label.to_string(),
     };
     found.iter().map(name).collect::<Vec<_>>().join(", ")
-}
-
-/// Of a place from a line from one end to another.
-fn distance(at: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
-    let way = to - from;
-    let part = ((at - from).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
-    (at - from - way * part).norm()
 }
 
 /// True in a region, and where its smooth surface is less than a voxel away from its label's steps.
