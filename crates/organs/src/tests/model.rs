@@ -112,6 +112,26 @@ fn a_bath_does_not_hold_the_wall_of_a_hole() {
     );
 }
 
+/// An organ that lies flat on what keeps it out is not pressed at rest: where both smoothed surfaces overlap, at the rim, the other one recedes.
+#[test]
+fn an_organ_that_lies_on_an_obstacle_is_not_in_it_at_rest() {
+    let attachment = "[[attachments]]\norgan = \"ball\"\nto = [\"floor\"]\nwithin = 4.0\nkind = \"fixed\"\n";
+    let contact = "[[contacts]]\norgan = \"ball\"\nwith = [\"floor\"]\nball = 3.0\n";
+    assert!(SCENE.contains(attachment));
+    let plan = plan(&SCENE.replace(attachment, contact)).unwrap();
+    let flat = labelled(AXES, |at| if (9.0..27.0).contains(&at.y) { 3 } else { label(at) }).unwrap();
+    let model = Model::without_tube(&plan, &flat).unwrap();
+    let (system, receded) = (&model.system, model.obstacles[0].receded_mm);
+    // A part of a voxel of 3 mm.
+    assert!((0.05..3.0).contains(&receded), "{receded}");
+    let a = system.initial();
+    assert!(system.obstacles[0].depth(&system.bodies, &a) < 1e-9);
+    // As near as it can be: moved by what it receded and a little more, the organ is in it.
+    let mut moved = a;
+    moved.iter_mut().skip(1).step_by(3).for_each(|y| *y = receded + 0.5);
+    assert!(system.obstacles[0].depth(&system.bodies, &moved) > 0.4);
+}
+
 /// Points were an eighth of the tube's radius apart, however large that: under a wide tube a cube had one, and areas held depended on the tube.
 #[test]
 fn points_are_four_to_a_side_however_wide_the_tube() {

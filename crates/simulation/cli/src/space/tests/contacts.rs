@@ -40,7 +40,7 @@ fn a_ball_that_is_pushed_onto_a_floor_stays_out_of_it() {
         described.contains("contact of the tube with what keeps organs out (floor)"),
         "{described}"
     );
-    // At rest nothing presses: the floor was taken back where both surfaces overlap.
+    // At the first touch nothing presses.
     assert_eq!(json["states"][0]["on_rigid"][0]["force_size"].as_f64().unwrap(), 0.0);
     let state = last(&json);
     let on = &state["on_rigid"][0];
