@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use simulation::space::bodies::Bodies;
 use simulation::space::cells::{Bounds, Curved, Field, LabelField, LabelMap, Parts, Smoothing};
-use simulation::space::level_set::LevelSet;
+use simulation::space::level_set::{LeftOut, LevelSet, NoSurface};
 use simulation::space::term::{BadStiffness, ObstacleContact};
 
 use super::Body;
@@ -16,10 +16,15 @@ use crate::labels::Labels;
 use crate::numbers::{Checked, invalid};
 use crate::plan::{Contact, Plan};
 
-/// Voxels around the box that is looked at, beyond what smoothing spreads: a surface is cut where the map is, and that cut must be out of reach.
+/// Voxels around what is looked at, beyond what smoothing spreads: a surface is cut where the map is, and that cut must be out of reach.
 const MARGIN: f64 = 4.0;
 /// Standard deviations that smoothing reaches.
 const SPREAD: f64 = 4.0;
+/// It is looked for so many strokes round the organ at rest: an organ that is pushed at its rim turns, and its other end goes farther than the tube. What goes farther
+/// still is refused when it does.
+const REACH: f64 = 1.5;
+/// And so many radii of the ball more, where feet and balls may lie.
+const BEYOND: f64 = 2.0;
 /// Both surfaces overlap at rest by smoothing alone, in voxels: more says that the labels are not what they are taken for.
 const MOST_OVERLAP: f64 = 1.0;
 
@@ -30,6 +35,10 @@ pub struct Obstacle {
     pub by: String,
     /// How far its smoothed surface was taken back, where it was farthest in the organ at rest, mm.
     pub receded_mm: f64,
+    /// How far round the organ at rest it was looked for, mm.
+    pub reach_mm: f64,
+    /// What of it within that is thinner than its ball; the place is the patient's. A state that comes to it is refused.
+    pub left_out: Option<LeftOut>,
     surface: LevelSet,
 }
 
@@ -37,7 +46,7 @@ impl Obstacle {
     /// The obstacle of a contact as far as a body may come that is pushed by `stroke`.
     ///
     /// # Errors
-    /// [`scene::Invalid`]: nothing rigid within reach, too thin for the smoothing or the ball, or an organ that lies in it.
+    /// [`scene::Invalid`]: nothing rigid within reach, too thin for the smoothing, too thin for the ball at the organ itself, or an organ that lies in it.
     pub(super) fn new(
         k: usize,
         contact: &Contact,
@@ -46,65 +55,148 @@ impl Obstacle {
         body: &Body,
         stroke: f64,
     ) -> Checked<Self> {
-        let key = |last: &str| format!("contacts.{k}.{last}");
-        let (by, of) = (plan.names_of(&contact.with), plan.labels_of(&contact.with));
-        let reach = |corner: &Vector3<f64>, by: f64| corner.add_scalar(by);
-        let [low, high] = &body.field.corners;
-        let corners = [reach(low, -stroke), reach(high, stroke)];
-        let far = SPREAD * contact.smoothing + 2.0 * contact.ball + MARGIN * labels.spacing.max();
-        let (map, voxels) = labels.around([&reach(&corners[0], -far), &reach(&corners[1], far)], &of);
-        let map = LabelMap { labels: &voxels, ..map };
-        let smoothing = Smoothing {
-            sigma: contact.smoothing,
-            parts: Parts::All,
-            fill_holes: true,
+        let by = plan.names_of(&contact.with);
+        let near = Near {
+            contact,
+            labels,
+            organ: body.mesh.surface.iter().map(|point| point.at).collect(),
+            key: format!("contacts.{k}"),
+            name: format!("{by} near {:?}", body.name),
         };
-        let field = LabelField::new(&map, 1, &smoothing).map_err(|why| {
-            invalid(
-                key("with"),
-                format!("{by} near {:?}: {why}", body.name),
-                "labels near the organ, and less smoothing where they are thin",
-            )
-        })?;
-        let surface = |field: Receded| {
-            LevelSet::new(Arc::new(field), corners, contact.ball).map_err(|why| {
-                invalid(
-                    key("ball"),
-                    why,
-                    "a ball that fits behind the surface; nothing thinner than it",
-                )
-            })
-        };
-        let as_it_lies = surface(Receded {
-            field: field.clone(),
-            by: 0.0,
-        })?;
-        let points = || body.mesh.surface.iter().map(|point| &point.at);
-        let depth = points()
-            .map(|at| -as_it_lies.signed_distance(at).value)
-            .fold(0.0, f64::max);
-        let most = MOST_OVERLAP * labels.spacing.max();
-        if depth > most {
-            let found = format!("{:?}, which lies {depth:.2} mm in {by} at rest", body.name);
-            return Err(invalid(
-                key("with"),
-                found,
-                format!(
-                    "surfaces that overlap by a voxel at most, {most:.2} mm: the smoothing of one of them is too large"
-                ),
-            ));
+        let reach = REACH * stroke + contact.ball;
+        let field = near.field(&plan.labels_of(&contact.with), reach)?;
+        let (depth, level) = near.overlap(&field)?;
+        let surface = near.surface(Receded { field, by: level }, &near.organ, reach)?;
+        for point in &body.mesh.surface {
+            near.proved(&surface, &point.at, point.area)?;
         }
-        let level = points().map(|at| -field.value(at)).fold(0.0, f64::max);
         Ok(Self {
             by,
             receded_mm: depth,
-            surface: surface(Receded { field, by: level })?,
+            reach_mm: reach,
+            left_out: surface.left_out().map(|left| LeftOut {
+                at: labels.patient(&left.at.into()).into(),
+                ..left
+            }),
+            surface,
         })
     }
 
     /// The contact of a body with it.
     pub(super) fn term(&self, bodies: &Bodies, body: usize, stiffness: f64) -> Result<ObstacleContact, BadStiffness> {
         ObstacleContact::new(bodies, body, self.surface.clone(), stiffness, |_, _| true)
+    }
+}
+
+/// What is rigid near an organ, as it is found.
+struct Near<'a> {
+    contact: &'a Contact,
+    labels: &'a Labels,
+    /// Points of the organ's surface at rest.
+    organ: Vec<Vector3<f64>>,
+    key: String,
+    name: String,
+}
+
+impl Near<'_> {
+    fn key(&self, last: &str) -> String {
+        format!("{}.{last}", self.key)
+    }
+
+    /// The smoothed field of labels, good within reach.
+    fn field(&self, of: &[u16], reach: f64) -> Checked<LabelField> {
+        let (contact, labels) = (self.contact, self.labels);
+        let far = reach + BEYOND * contact.ball + SPREAD * contact.smoothing + MARGIN * labels.spacing.max();
+        let bound = |one: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
+            self.organ.iter().copied().reduce(|a, b| one(&a, &b)).unwrap_or_default()
+        };
+        let (low, high) = (bound(Vector3::inf), bound(Vector3::sup));
+        let (map, voxels) = labels.around([&low.add_scalar(-far), &high.add_scalar(far)], of);
+        let map = LabelMap { labels: &voxels, ..map };
+        let smoothing = Smoothing {
+            sigma: contact.smoothing,
+            parts: Parts::All,
+            fill_holes: true,
+        };
+        LabelField::new(&map, 1, &smoothing).map_err(|why| {
+            invalid(
+                self.key("with"),
+                format!("{}: {why}", self.name),
+                "labels near the organ, and less smoothing where they are thin",
+            )
+        })
+    }
+
+    fn surface(&self, field: Receded, organ: &[Vector3<f64>], reach: f64) -> Checked<LevelSet> {
+        let surface = LevelSet::about(Arc::new(field), organ, reach, self.contact.ball);
+        surface.map_err(|why| self.no_surface(&why, reach))
+    }
+
+    fn no_surface(&self, why: &NoSurface, reach: f64) -> scene::Invalid {
+        match why {
+            NoSurface::Empty => invalid(
+                self.key("with"),
+                format!("{}: none within {reach:.1} mm of it", self.name),
+                "what the organ can come to",
+            ),
+            _ => invalid(self.key("ball"), why, "a larger ball, or a shorter stroke"),
+        }
+    }
+
+    /// How deep the organ at rest is in it as it lies, mm, and the level of the field that is as far back.
+    fn overlap(&self, field: &LabelField) -> Checked<(f64, f64)> {
+        let inside: Vec<Vector3<f64>> = self.organ.iter().filter(|at| field.value(at) < 0.0).copied().collect();
+        if inside.is_empty() {
+            return Ok((0.0, 0.0));
+        }
+        let most = MOST_OVERLAP * self.labels.spacing.max();
+        let as_it_lies = Receded {
+            field: field.clone(),
+            by: 0.0,
+        };
+        // What is deeper than the most has no foot so near, or one that is not its nearest: it is no less deep than told.
+        let depth = match LevelSet::about(Arc::new(as_it_lies), &inside, most, self.contact.ball) {
+            Ok(surface) => inside.iter().map(|at| -surface.signed_distance(at).value).fold(0.0, f64::max),
+            Err(NoSurface::Empty) => f64::INFINITY,
+            Err(why) => return Err(self.no_surface(&why, most)),
+        };
+        if depth > most {
+            return Err(invalid(
+                self.key("with"),
+                format!("{}, in which it lies {} at rest", self.name, deep(depth)),
+                format!(
+                    "surfaces that overlap by a voxel at most, {most:.2} mm: the smoothing of one of them is too large"
+                ),
+            ));
+        }
+        Ok((depth, inside.iter().map(|at| -field.value(at)).fold(0.0, f64::max)))
+    }
+
+    /// # Errors
+    /// An edge that is too thin at the organ itself: no state would be proved.
+    fn proved(&self, surface: &LevelSet, at: &Vector3<f64>, area: f64) -> Checked<()> {
+        match surface.unproved_at_rest(at, area) {
+            None => Ok(()),
+            Some(why) => {
+                let place = self.labels.patient(at);
+                Err(invalid(
+                    self.key("ball"),
+                    format!(
+                        "{}, at ({:.1}, {:.1}, {:.1}) mm: {why}",
+                        self.name, place.x, place.y, place.z
+                    ),
+                    "a ball that fits behind what the organ lies at: a smaller one, or more smoothing",
+                ))
+            }
+        }
+    }
+}
+
+/// A depth in words; infinite where no surface is near at all.
+fn deep(depth: f64) -> String {
+    match depth.is_finite() {
+        true => format!("{depth:.2} mm deep"),
+        false => "wholly".to_owned(),
     }
 }
 

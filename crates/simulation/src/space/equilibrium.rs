@@ -1,5 +1,6 @@
 //! The state in which all forces balance, contact exact.
 
+use super::level_set::Unproved;
 use super::system::System;
 use super::term::MOST_INSIDE;
 use crate::control::{Failed, Newton};
@@ -93,6 +94,9 @@ pub enum NoEquilibrium {
         /// The most: half the radius at the start, a fifth of it in a state that is found.
         most: f64,
     },
+    /// The surface may have met what was not looked at, or an edge that is thinner than the ball.
+    #[error("{0}")]
+    Unproved(Unproved),
     /// Pressures do not settle.
     #[error(
         "the contact's pressures still change by {change:.2e} beside {load:.2e}, and points are {depth:.2e} mm deep, after {MOST_ROUNDS} rounds"
@@ -188,6 +192,9 @@ fn fits(system: &System, a: &[f64], inside_part: f64) -> Result<(), NoEquilibriu
         let (depth, most) = (fit.inside, inside_part * most);
         if depth > most && depth.is_finite() {
             return Err(NoEquilibrium::Through { depth, most });
+        }
+        if let Some(why) = fit.unproved {
+            return Err(NoEquilibrium::Unproved(why));
         }
     }
     Ok(())

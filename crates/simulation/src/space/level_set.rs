@@ -15,6 +15,7 @@
 //! parts of the surface are nearly as far (farther outside a hollow than it is wide) either may answer.
 
 mod cover;
+mod edges;
 mod foot;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,8 @@ use nalgebra::Vector3;
 
 use super::cells::Curved;
 use super::tube::Distance;
+use edges::Looked;
+pub use edges::{LeftOut, Unproved};
 pub(in crate::space) use tree::Tree;
 
 /// Points of the surface are so far apart at most, in radii of the ball that rolls inside.
@@ -82,6 +85,8 @@ pub struct LevelSet {
     feet: Arc<Tree>,
     /// No point of the surface is farther from all of them.
     cover: f64,
+    /// Where it was looked for, and what of it is not proved; `None`: in the box, and all of it is.
+    looked: Option<Arc<Looked>>,
 }
 
 impl LevelSet {
@@ -102,15 +107,20 @@ impl LevelSet {
         }
         // The feet of all places in the box that are nearer than the radius are in the grown one.
         let grown = [low.add_scalar(-radius), high.add_scalar(radius)];
-        let (feet, cover) = cover::feet(field.as_ref(), grown, SPACING * radius)?;
+        let (parts, cover) = cover::parts(field.as_ref(), grown, SPACING * radius, &|_, _| true)?;
         let set = Self {
-            feet: Arc::new(Tree::new(feet)),
+            feet: Arc::new(Tree::new(parts.iter().map(|part| part.foot).collect())),
             cover,
             field,
             corners,
             radius,
+            looked: None,
         };
-        set.check_radius().map(|()| set)
+        let thin = parts.iter().find(|part| !set.holds_ball(&part.foot));
+        thin.map_or(Ok(set.clone()), |part| {
+            let at = part.foot.into();
+            Err(NoSurface::Thin { at, radius })
+        })
     }
 
     /// The radius of the ball that fits behind the surface, mm.
@@ -144,19 +154,11 @@ impl LevelSet {
         }
     }
 
-    /// Whether the ball fits behind every point that is looked at.
-    fn check_radius(&self) -> Result<(), NoSurface> {
-        for foot in self.feet.points() {
-            let centre = foot - foot::unit(&self.field.slope(foot)) * self.radius;
-            let (_, apart) = self.feet.nearest(&centre);
-            // A ball of that very radius touches everywhere.
-            if !(apart >= self.radius * (1.0 - 1e-6) && self.field.value(&centre) < 0.0) {
-                return Err(NoSurface::Thin {
-                    at: (*foot).into(),
-                    radius: self.radius,
-                });
-            }
-        }
-        Ok(())
+    /// Whether the ball fits behind a point of the surface.
+    fn holds_ball(&self, foot: &Vector3<f64>) -> bool {
+        let centre = foot - foot::unit(&self.field.slope(foot)) * self.radius;
+        let (_, apart) = self.feet.nearest(&centre);
+        // A ball of that very radius touches everywhere.
+        apart >= self.radius * (1.0 - 1e-6) && self.field.value(&centre) < 0.0
     }
 }

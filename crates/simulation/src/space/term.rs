@@ -15,6 +15,7 @@ pub use rigid_contact::{ObstacleContact, RigidContact, TubeContact, TubeForce};
 pub use springs::Springs;
 
 use super::bodies::Bodies;
+use super::level_set::Unproved;
 use crate::sparse::Triplets;
 
 /// How far a term was from the state that it was brought up to.
@@ -38,6 +39,8 @@ pub struct Fit {
     /// The deepest that a point inside the solid is where it must not be, mm: much only where something has come through the surface
     /// between its points. 0 where none is known.
     pub inside: f64,
+    /// Why it is not proved that the surface has met nothing but what was looked at; `None` where that is.
+    pub unproved: Option<Unproved>,
 }
 
 /// A point inside may be as deep as this part of [`Fit::deepest`] in a state that is found, which is a fifth of a radius: between points that
@@ -49,9 +52,28 @@ pub(super) const DEEPEST_PART: f64 = 0.5;
 
 /// How far the middle between points of such an area may be from them, where they are at something, mm.
 pub(super) fn gap_at(area: f64, distance: f64) -> f64 {
-    let side = area.sqrt();
-    // Of Gauss points of a square the middle of four is three quarters of the root of their area away from them.
-    if distance < SEEN_AT * side { 0.75 * side } else { 0.0 }
+    if distance < SEEN_AT * area.sqrt() {
+        middle_of(area)
+    } else {
+        0.0
+    }
+}
+
+/// How far the middle between points of such an area is from them, mm: of Gauss points of a square the middle of four is three quarters of the root of their
+/// area away.
+pub(super) fn middle_of(area: f64) -> f64 {
+    0.75 * area.sqrt()
+}
+
+/// Points are at something rigid nearer than this, mm: within its radius, however far points there have been drawn apart.
+pub(super) fn seen_from(radius: f64, area: f64) -> f64 {
+    radius.max(SEEN_AT * area.sqrt())
+}
+
+/// The half of the way to the next point on the straight way from rest, where the surface is stretched by this at its end, mm.
+pub(super) fn widest_on_the_way(area: f64, stretch: f64) -> f64 {
+    // Deformation gradients on the way are means of the last one and none.
+    middle_of(area) * stretch.max(1.0)
 }
 
 /// Points are at something nearer than so many sides of their area.

@@ -168,6 +168,9 @@ fn advice(why: &NoEquilibrium) -> String {
         NoEquilibrium::Search { .. } => {
             "Use a smaller tube.step or stroke, smaller cubes at the tube, or raise search.most_steps"
         }
+        NoEquilibrium::Unproved(_) => {
+            "Use a shorter tube.stroke, a smaller ball of the contact, or smaller cubes at it"
+        }
         _ => "Use a smaller tube.step or stroke, or smaller cubes at the tube",
     };
     format!("{why}. {what}")

@@ -101,8 +101,8 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     }
     for (contact, obstacle) in plan.contacts.iter().zip(&model.obstacles) {
         let words = format!(
-            "{}: kept out of {}, smoothed by {} mm and taken back by {:.2} mm, where it overlaps as it lies; it slides",
-            model.bodies[contact.organ].name, obstacle.by, contact.smoothing, obstacle.receded_mm
+            "{}: kept out of {}, smoothed by {} mm and taken back by {:.2} mm, where it overlaps as it lies; looked for {:.0} mm round it; it slides",
+            model.bodies[contact.organ].name, obstacle.by, contact.smoothing, obstacle.receded_mm, obstacle.reach_mm
         );
         line(&mut text, "contact", &words);
     }
@@ -160,7 +160,21 @@ pub(super) fn warnings(plan: &Plan, model: &Model) -> Vec<String> {
             body.name
         )
     });
-    each.chain(cut).collect()
+    each.chain(cut).chain(left_out(plan, model)).collect()
+}
+
+/// What contacts leave out.
+fn left_out(plan: &Plan, model: &Model) -> Vec<String> {
+    let each = plan.contacts.iter().zip(&model.obstacles);
+    let each = each.filter_map(|(contact, obstacle)| {
+        let left = obstacle.left_out?;
+        let [x, y, z] = left.at;
+        Some(format!(
+            "{:?}: {:.0} mm2 of {} within {:.0} mm of it are thinner or sharper than a ball of {} mm, the nearest {:.1} mm from it at rest, at ({x:.1}, {y:.1}, {z:.1}): a state that comes to them is refused",
+            model.bodies[contact.organ].name, left.area, obstacle.by, obstacle.reach_mm, contact.ball, left.apart
+        ))
+    });
+    each.collect()
 }
 
 /// What a person might take for modelled and is not.

@@ -1,5 +1,6 @@
 //! What a frame says of itself.
 
+use crate::space::level_set::Unproved;
 use crate::space::term::TubeForce;
 
 /// How far a frame came.
@@ -70,6 +71,9 @@ pub enum Refused {
         /// The most, half the radius.
         most: f64,
     },
+    /// The surface may have met what of bone was not looked at, or an edge of it that is thinner than its ball.
+    #[error("{0}")]
+    Unproved(Unproved),
 }
 
 /// A state of the tissue for a pose of the tube, with what certifies it.

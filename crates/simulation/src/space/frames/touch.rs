@@ -139,12 +139,18 @@ impl Touches {
 
     /// Area of a point as the surface is stretched there, mm^2: the widest way of a long thin part counts for all of it.
     pub(super) fn stretched_area(&self, point: usize, system: &System, a: &[f64]) -> f64 {
-        let Touch { body, point, area, .. } = self.points[point];
-        area * system
-            .bodies
-            .solid(body)
-            .stretch(system.bodies.part(body, a), point)
-            .powi(2)
+        self.area(point) * self.stretch(point, system, a).powi(2)
+    }
+
+    /// How much the surface is stretched at a point at most.
+    pub(super) fn stretch(&self, point: usize, system: &System, a: &[f64]) -> f64 {
+        let Touch { body, point, .. } = self.points[point];
+        system.bodies.solid(body).stretch(system.bodies.part(body, a), point)
+    }
+
+    /// Where a point is in the reference configuration.
+    pub(super) fn at_rest(&self, point: usize) -> Vector3<f64> {
+        self.points[point].at
     }
 
     /// Area of a point, mm^2.

@@ -6,10 +6,11 @@ use super::Frames;
 use super::around::Around;
 use super::report::Refused;
 use super::touch::is_moved;
+use crate::space::level_set::Unproved;
 use crate::space::solid::Inner;
 use crate::space::system::System;
 use crate::space::term::{
-    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, Rigid, SEEN_AT, TubeForce, depth_or_all, gap_at,
+    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, TubeForce, depth_or_all, gap_at, seen_from, widest_on_the_way,
 };
 use crate::space::tube::Tube;
 
@@ -113,7 +114,7 @@ impl Others {
         for other in &self.points {
             let (solid, part) = (system.bodies.solid(other.body), system.bodies.part(other.body, a));
             let most = match other.with {
-                0 if gaps => seen_from(around.rigid(0), other.area),
+                0 if gaps => seen_from(around.rigid(0).radius(), other.area),
                 _ => 0.0,
             };
             let near = around.within(other.with, &solid.point(part, other.point), most);
@@ -131,11 +132,6 @@ impl Others {
     }
 }
 
-/// How near a point is looked at: within the radius, however far points there have been drawn apart.
-fn seen_from(rigid: &dyn Rigid, area: f64) -> f64 {
-    rigid.radius().max(SEEN_AT * area.sqrt())
-}
-
 fn widest(seen: &Seen) -> f64 {
     seen.each.iter().map(|(_, gap)| *gap).fold(0.0, f64::max)
 }
@@ -150,7 +146,7 @@ impl Frames {
         for point in 0..touches.len() {
             let with = touches.with(point);
             let most = match gaps {
-                true => seen_from(around.rigid(with), touches.area(point)),
+                true => seen_from(around.rigid(with).radius(), touches.area(point)),
                 false => 0.0,
             };
             let near = touches.within(point, v, &around, most);
@@ -191,9 +187,24 @@ impl Frames {
             return Err(Refused::OutOfReach { depth: seen.unprepared });
         }
         match each().find(|(most, (_, gap))| gap > most) {
-            Some((most, &(_, gap))) => Err(Refused::TooCoarse { gap, most }),
+            Some((most, &(_, gap))) => return Err(Refused::TooCoarse { gap, most }),
+            None => {}
+        }
+        match gaps.then(|| self.unproved(tube, a, v)).flatten() {
+            Some(why) => Err(Refused::Unproved(why)),
             None => Ok(widest(&seen)),
         }
+    }
+
+    /// Why it is not proved that surfaces have met nothing but what is known of bones.
+    fn unproved(&self, tube: &Tube, a: &[f64], v: &[f64]) -> Option<Unproved> {
+        let (touches, around) = (&self.contact.touches, self.around(tube));
+        (0..touches.len()).find_map(|point| {
+            let (rigid, area) = (around.rigid(touches.with(point)), touches.area(point));
+            let way = [&touches.at_rest(point), &touches.at(point, v)];
+            let gap = || widest_on_the_way(area, touches.stretch(point, &self.system, a));
+            rigid.unproved(way, seen_from(rigid.radius(), area), &gap)
+        })
     }
 
     /// Refuses a state in which tissue is in the tube or bone though its surface is not: that has come through between points, which press

@@ -220,6 +220,7 @@ impl Term for OrganContact {
             depth: now.depth().max(now.far_depth()),
             gap: self.pressures.touches.iter().map(gap).fold(0.0, f64::max),
             deepest: self.deepest(),
+            unproved: None,
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::space::level_set::LevelSet;
+use crate::space::level_set::{LevelSet, Unproved};
 use crate::space::tube::{Distance, Tube};
 
 /// Something rigid that points must stay out of.
@@ -13,6 +13,12 @@ pub trait Rigid: std::fmt::Debug + Send + Sync {
     /// A lower bound of it that costs less; below all numbers where none is known.
     fn clearance(&self, _x: &Vector3<f64>) -> f64 {
         f64::NEG_INFINITY
+    }
+
+    /// Why it is not proved that a point of a surface has met only what it is known to be like, on its way from where it was at rest: see
+    /// [`LevelSet::unproved`].
+    fn unproved(&self, _way: [&Vector3<f64>; 2], _most: f64, _gap: &dyn Fn() -> f64) -> Option<Unproved> {
+        None
     }
 
     /// The radius of a ball that fits behind every point of its surface, mm.
@@ -47,6 +53,10 @@ impl Rigid for LevelSet {
 
     fn clearance(&self, x: &Vector3<f64>) -> f64 {
         LevelSet::clearance(self, x)
+    }
+
+    fn unproved(&self, way: [&Vector3<f64>; 2], most: f64, gap: &dyn Fn() -> f64) -> Option<Unproved> {
+        LevelSet::unproved(self, way, most, gap)
     }
 
     fn radius(&self) -> f64 {

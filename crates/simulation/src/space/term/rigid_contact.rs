@@ -4,9 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::pressures::{BadStiffness, Pressures, Touch, depth_or_all};
 use super::rigid::{ContactForce, Rigid};
-use super::{Change, DEEPEST_PART, Fit, SEEN_AT, Term, gap_at};
+use super::{Change, DEEPEST_PART, Fit, Term, gap_at, seen_from, widest_on_the_way};
 use crate::space::bodies::Bodies;
-use crate::space::level_set::LevelSet;
+use crate::space::level_set::{LevelSet, Unproved};
 use crate::space::solid::Solid;
 use crate::space::tube::{Distance, Tube};
 use crate::sparse::Triplets;
@@ -90,8 +90,7 @@ impl<R: Rigid> RigidContact<R> {
     pub fn widest_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let gap = |touch: &Touch| {
-            // What is nearer to it than its radius, however far points there have been drawn apart.
-            let most = self.rigid.radius().max(SEEN_AT * touch.area.sqrt());
+            let most = seen_from(self.rigid.radius(), touch.area);
             let Some(near) = self.near(solid, part, touch, most).filter(|near| near.value <= most) else {
                 return 0.0;
             };
@@ -100,6 +99,16 @@ impl<R: Rigid> RigidContact<R> {
             gap_at(touch.area * stretch * stretch, near.value)
         };
         self.pressures.touches.iter().map(gap).fold(0.0, f64::max)
+    }
+
+    /// Why it is not proved that the surface has met nothing but what is known of the rigid; of all points the first such.
+    fn unproved(&self, bodies: &Bodies, a: &[f64]) -> Option<Unproved> {
+        let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
+        self.pressures.touches.iter().find_map(|touch| {
+            let way = [&solid.reference(touch.point).0, &solid.point(part, touch.point)];
+            let gap = || widest_on_the_way(touch.area, solid.stretch(part, touch.point));
+            self.rigid.unproved(way, seen_from(self.rigid.radius(), touch.area), &gap)
+        })
     }
 
     /// Deeper than this a point might leave on the other side, mm.
@@ -249,6 +258,7 @@ impl<R: Rigid> Term for RigidContact<R> {
             depth: self.depth(bodies, a),
             gap: self.widest_gap(bodies, a),
             deepest: self.deepest(),
+            unproved: self.unproved(bodies, a),
         })
     }
 }
