@@ -7,7 +7,7 @@ use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
 use geometry::{Ct, DoorError, Model as ModelFrame, Rigid, VolumeGrid, checked};
 use nalgebra::Vector3;
-use organs::{Labels, Model, NoLabels, Parsed, Plan, RawSpaceScene, Varied, sha};
+use organs::{Labels, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
 use simulation::space::cells::Lattice;
 use simulation::space::frames::{Frames, NoFrames, Settings};
@@ -142,8 +142,9 @@ pub(crate) fn make(
     let body = &model.bodies[0];
     let lattice = body.mesh.lattice(&body.field).ok_or(NoAnatomy::Cubes)?;
     let mesh = message::mesh(body, &lattice, (ct_from_model, hash));
+    let kept: String = model.obstacles.iter().map(kept_out).collect();
     let said = format!(
-        "{}: {} cubes, {} unknowns",
+        "{}: {} cubes, {} unknowns{kept}",
         body.name,
         lattice.cubes.len(),
         body.mesh.unknowns()
@@ -159,6 +160,17 @@ pub(crate) fn make(
         mesh,
         said,
     })
+}
+
+/// What it slides along, and what of that a state may not come to.
+fn kept_out(obstacle: &Obstacle) -> String {
+    let left = obstacle.left_out.map(|left| {
+        format!(
+            " ({:.0} mm2 thinner than its ball, from {:.1} mm on, are left out)",
+            left.area, left.apart
+        )
+    });
+    format!(", kept out of {}{}", obstacle.by, left.unwrap_or_default())
 }
 
 /// Refuses another file than the run's scene says.

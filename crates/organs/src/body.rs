@@ -105,8 +105,8 @@ fn ball(organ: usize, plan: &Plan) -> Option<f64> {
 fn spacing(way: &Way, last: f64, ball: Option<f64>, [low, high]: [&Vector3<f64>; 2]) -> Option<f64> {
     let at_tube = way.spacing([low, high], last);
     let most = (high.x - low.x) / POINTS;
-    // No place is farther from one than half of a ball's radius, where the surface is stretched by two.
-    let at_rigid = ball.map(|ball| most.min(0.5 * ball));
+    // Points so far apart stand for areas whose middles are up to 1.2 times as far from one another's: of half a ball's radius where the surface is stretched by 1.4.
+    let at_rigid = ball.map(|ball| most.min(0.3 * ball));
     at_tube.into_iter().chain(at_rigid).reduce(f64::min)
 }
 

@@ -27,7 +27,7 @@ pub mod way;
 
 pub use body::Body;
 pub use labels::{Labels, NoLabels};
-pub use model::Model;
+pub use model::{Model, Obstacle};
 pub use plan::Plan;
 pub use raw::RawSpaceScene;
 pub use target::Target;

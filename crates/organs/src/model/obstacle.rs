@@ -23,6 +23,8 @@ const SPREAD: f64 = 4.0;
 /// It is looked for so many strokes round the organ at rest: an organ that is pushed at its rim turns, and its other end goes farther than the tube. What goes farther
 /// still is refused when it does.
 const REACH: f64 = 1.5;
+/// But no farther than so, mm: a tube that passes an organ by has a long stroke, and moves it by no more than it is wide.
+const FARTHEST: f64 = 30.0;
 /// And so many radii of the ball more, where feet and balls may lie.
 const BEYOND: f64 = 2.0;
 /// Both surfaces overlap at rest by smoothing alone, in voxels: more says that the labels are not what they are taken for.
@@ -63,7 +65,7 @@ impl Obstacle {
             key: format!("contacts.{k}"),
             name: format!("{by} near {:?}", body.name),
         };
-        let reach = REACH * stroke + contact.ball;
+        let reach = (REACH * stroke).min(FARTHEST) + contact.ball;
         let field = near.field(&plan.labels_of(&contact.with), reach)?;
         let (depth, level) = near.overlap(&field)?;
         let surface = near.surface(Receded { field, by: level }, &near.organ, reach)?;
@@ -108,7 +110,11 @@ impl Near<'_> {
         let (contact, labels) = (self.contact, self.labels);
         let far = reach + BEYOND * contact.ball + SPREAD * contact.smoothing + MARGIN * labels.spacing.max();
         let bound = |one: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| {
-            self.organ.iter().copied().reduce(|a, b| one(&a, &b)).unwrap_or_default()
+            self.organ
+                .iter()
+                .copied()
+                .reduce(|a, b| one(&a, &b))
+                .unwrap_or_default()
         };
         let (low, high) = (bound(Vector3::inf), bound(Vector3::sup));
         let (map, voxels) = labels.around([&low.add_scalar(-far), &high.add_scalar(far)], of);
@@ -156,7 +162,10 @@ impl Near<'_> {
         };
         // What is deeper than the most has no foot so near, or one that is not its nearest: it is no less deep than told.
         let depth = match LevelSet::about(Arc::new(as_it_lies), &inside, most, self.contact.ball) {
-            Ok(surface) => inside.iter().map(|at| -surface.signed_distance(at).value).fold(0.0, f64::max),
+            Ok(surface) => inside
+                .iter()
+                .map(|at| -surface.signed_distance(at).value)
+                .fold(0.0, f64::max),
             Err(NoSurface::Empty) => f64::INFINITY,
             Err(why) => return Err(self.no_surface(&why, most)),
         };

@@ -150,3 +150,29 @@ fn points_are_four_to_a_side_however_wide_the_tube() {
     // A point stands for what is nearer to it than to others, and no place is farther from one than their distance of 3 mm.
     assert!(largest(&wide) < std::f64::consts::PI * 3.0 * 3.0, "{}", largest(&wide));
 }
+
+/// A scene with the floor, and a wall on it beside the ball that is thinner than the contact's ball, so far from the middle.
+fn walled(at: f64) -> Result<Model, scene::Invalid> {
+    let attachment = "[[attachments]]\norgan = \"ball\"\nto = [\"floor\"]\nwithin = 4.0\nkind = \"fixed\"\n";
+    let contact = "[[contacts]]\norgan = \"ball\"\nwith = [\"floor\"]\nsmoothing = 2.0\nball = 4.0\n";
+    let plan = plan(&SCENE.replace(attachment, contact)).unwrap();
+    let wall = labelled(AXES, |x| {
+        let wall = (x.x - at).abs() < 3.0 && (0.0..27.0).contains(&x.y);
+        if wall && label(x) != 1 { 3 } else { label(x) }
+    });
+    Model::without_tube(&plan, &wall.unwrap())
+}
+
+/// A thin edge anywhere in the organ's box refused the whole scene.
+#[test]
+fn a_thin_wall_that_the_organ_does_not_lie_at_is_left_out_and_told() {
+    let model = walled(28.0).unwrap();
+    let left = model.obstacles[0].left_out.unwrap();
+    println!("{left:?}, {} mm", model.obstacles[0].reach_mm);
+    // The wall's face is 25 mm from the middle, the ball's surface 18: both by half a voxel, and a foot by its own distance from the next.
+    assert!((4.0..9.0).contains(&left.apart), "{left:?}");
+    assert!(left.area > 20.0 && left.at[0] > 20.0, "{left:?}");
+    let refused = walled(18.0).unwrap_err();
+    assert_eq!(refused.key, "contacts.0.ball", "{refused:?}");
+    assert!(refused.found.contains("thinner than its ball"), "{refused:?}");
+}

@@ -10,7 +10,8 @@ use crate::space::level_set::Unproved;
 use crate::space::solid::Inner;
 use crate::space::system::System;
 use crate::space::term::{
-    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, TubeForce, depth_or_all, gap_at, seen_from, widest_on_the_way,
+    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, TubeForce, depth_or_all, gap_at, seen_from,
+    widest_on_the_way,
 };
 use crate::space::tube::Tube;
 

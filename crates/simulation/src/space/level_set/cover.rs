@@ -27,15 +27,21 @@ pub(super) fn parts(
         side: spacing,
         most: MOST_PARTS,
     };
-    let (mut waiting, mut looked) = (vec![corners], 0);
+    let (mut waiting, mut looked) = (vec![(corners, None)], 0);
     let (mut parts, mut cover) = (Vec::new(), 0.0_f64);
-    while let Some([low, high]) = waiting.pop() {
+    while let Some(([low, high], known)) = waiting.pop() {
         if !is_wanted(&low, &high) {
             continue;
         }
         looked += 1;
-        let bounds = field.bounds(&low, &high);
-        if bounds[0] > 0.0 || bounds[1] < 0.0 {
+        // Smaller boxes have no tighter bounds: those of the one that they are in serve.
+        let is_fine = (high - low).max() <= 2.0 * field.resolution();
+        let steepest: Option<Vector3<f64>> = match known {
+            Some(_) => known,
+            None if is_beside(field, &low, &high) => continue,
+            None => is_fine.then(|| steepest(field, &low, &high)),
+        };
+        if steepest.is_some_and(|steepest| is_clear(field, &low, &high, &steepest)) {
             continue;
         }
         let side = high - low;
@@ -54,7 +60,7 @@ pub(super) fn parts(
             let middle = low[axis] + 0.5 * side[axis];
             let (mut lower, mut upper) = (high, low);
             (lower[axis], upper[axis]) = (middle, middle);
-            waiting.extend([[low, lower], [upper, high]]);
+            waiting.extend([([low, lower], steepest), ([upper, high], steepest)]);
         }
         if parts.len() > MOST_PARTS || looked > MOST_BOXES {
             return Err(too_many);
@@ -64,6 +70,27 @@ pub(super) fn parts(
         return Err(NoSurface::Empty);
     }
     Ok((parts, cover))
+}
+
+/// Whether no surface is in a box by the field's own bounds.
+fn is_beside(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>) -> bool {
+    let bounds = field.bounds(low, high);
+    bounds[0] > 0.0 || bounds[1] < 0.0
+}
+
+/// The steepest slope along each axis in a box.
+fn steepest(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>) -> Vector3<f64> {
+    let slopes = field.slope_bounds(low, high);
+    Vector3::from_fn(|k, _| slopes[k][0].abs().max(slopes[k][1].abs()))
+}
+
+/// Whether no surface is in a box by the value in its middle and the steepest slope. A spline's own bounds are those of the whole voxel, however small a box in it:
+/// by these alone every part of a shell some voxels thick would be descended from.
+fn is_clear(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>, steepest: &Vector3<f64>) -> bool {
+    let half = 0.5 * (high - low);
+    // Rounding of a value, by far: a box may only be passed over where none is in it.
+    let rounding = 1e-12 * steepest.dot(&(low.abs() + high.abs()));
+    field.value(&(low + half)).abs() > half.dot(&steepest) + rounding
 }
 
 impl Part {

@@ -70,16 +70,12 @@ impl LevelSet {
     ///
     /// # Errors
     /// [`NoSurface`], but for `Thin`; `Empty` where nothing of it is so near.
-    pub fn about(
-        field: Arc<dyn Curved>,
-        organ: &[Vector3<f64>],
-        reach: f64,
-        radius: f64,
-    ) -> Result<Self, NoSurface> {
+    pub fn about(field: Arc<dyn Curved>, organ: &[Vector3<f64>], reach: f64, radius: f64) -> Result<Self, NoSurface> {
         if !(radius.is_finite() && radius > 0.0) {
             return Err(NoSurface::Radius { found: radius });
         }
-        let bound = |one: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| organ.iter().copied().reduce(|a, b| one(&a, &b));
+        let bound =
+            |one: fn(&Vector3<f64>, &Vector3<f64>) -> Vector3<f64>| organ.iter().copied().reduce(|a, b| one(&a, &b));
         let (Some(low), Some(high)) = (bound(Vector3::inf), bound(Vector3::sup)) else {
             return Err(NoSurface::Empty);
         };
@@ -126,7 +122,11 @@ impl LevelSet {
             left_out = Some(LeftOut {
                 area: before.area + area,
                 apart: before.apart.min(apart),
-                at: if apart < before.apart { part.foot.into() } else { before.at },
+                at: if apart < before.apart {
+                    part.foot.into()
+                } else {
+                    before.at
+                },
             });
         }
         Looked {
@@ -143,12 +143,7 @@ impl LevelSet {
 
     /// Why the surface is not proved for a point of an organ's surface that was at `from` at rest and is at `to`. `gap` is half of the way to the next point, mm, as the surface is
     /// stretched there, and is asked where something is nearer than `most`; what is farther off is not between points.
-    pub fn unproved(
-        &self,
-        [from, to]: [&Vector3<f64>; 2],
-        most: f64,
-        gap: &dyn Fn() -> f64,
-    ) -> Option<Unproved> {
+    pub fn unproved(&self, [from, to]: [&Vector3<f64>; 2], most: f64, gap: &dyn Fn() -> f64) -> Option<Unproved> {
         let looked = self.looked.as_ref()?;
         let (moved, reach) = ((to - from).norm(), looked.reach);
         // What is no number is nowhere: the search itself says that.

@@ -167,3 +167,150 @@ fn what_is_thinner_or_sharper_than_the_ball_is_refused_and_what_is_no_surface() 
     let flat = LevelSet::new(ball, [Vector3::zeros(), Vector3::new(1.0, 0.0, 1.0)], 1.0);
     assert!(matches!(flat, Err(NoSurface::Box { .. })));
 }
+
+/// A block of voxels of 2 mm from -24 to 0 mm along z, with a fin of 4 mm on it, 20 mm high, across x = 0; smoothed by 1.5 mm.
+fn finned() -> LabelField {
+    let (size, spacing) = ([40, 40, 30], Vector3::repeat(2.0));
+    let origin = Vector3::new(-39.0, -39.0, -29.0);
+    let is_in = |at: Vector3<f64>| {
+        let block = at.z > -24.0 && at.z < 0.0 && at.x.abs() < 30.0;
+        at.y.abs() < 30.0 && (block || (at.x.abs() < 2.0 && (0.0..20.0).contains(&at.z)))
+    };
+    let labels: Vec<u16> = (0..size[0] * size[1] * size[2])
+        .map(|n| [n % size[0], n / size[0] % size[1], n / (size[0] * size[1])])
+        .map(|at| u16::from(is_in(origin + Vector3::from(at.map(|i| 2.0 * i as f64)))))
+        .collect();
+    let map = LabelMap {
+        size,
+        origin,
+        spacing,
+        labels: &labels,
+    };
+    let smoothing = Smoothing {
+        sigma: 1.5,
+        ..Smoothing::default()
+    };
+    LabelField::new(&map, 1, &smoothing).unwrap()
+}
+
+/// A flat patch of an organ, 20 mm to both sides of the fin's foot, so far over it.
+fn patch(height: f64) -> Vec<Vector3<f64>> {
+    let each = (0..21 * 21).map(|n| [n % 21, n / 21].map(|k| 2.0 * f64::from(k) - 20.0));
+    each.map(|[x, y]| Vector3::new(x, y, height)).collect()
+}
+
+#[test]
+fn parts_of_a_ball_have_its_area() {
+    let ball = Ball {
+        centre: Vector3::new(0.3, 0.2, -0.1),
+        radius: 20.0,
+    };
+    let corners = [Vector3::repeat(-23.0), Vector3::repeat(22.0)];
+    for spacing in [5.0, 2.0] {
+        let (parts, _) = cover::parts(&ball, corners, spacing, &|_, _| true).unwrap();
+        let area: f64 = parts.iter().map(|p| p.area(&foot::unit(&ball.slope(&p.foot)))).sum();
+        // A plane in the place of the ball in boxes of this diagonal lies off by its square over 8 radii at most, and so is what it covers of the ball: twice that over the radius.
+        let bound = 2.0 * spacing * spacing / (8.0 * 20.0) / 20.0;
+        let whole = 4.0 * std::f64::consts::PI * 400.0;
+        assert!((area / whole - 1.0).abs() < bound, "{area} {whole} {bound}");
+    }
+}
+
+#[test]
+fn round_an_organ_distances_are_those_of_the_whole_surface() {
+    let (whole, organ) = (bean(), [Vector3::new(0.0, -16.0, 0.0), Vector3::new(5.0, -16.0, 2.0)]);
+    let field = Arc::new(BeanField(whole.clone()));
+    let near = LevelSet::about(field, &organ, 9.0, 4.0).unwrap();
+    assert!(near.feet.points().len() < whole.feet.points().len() / 2);
+    assert_eq!(near.left_out(), None);
+    let (mut state, mut seen) = (5, 0);
+    for _ in 0..2000 {
+        let x = organ[0] + within(&mut state, 9.0);
+        if (x - organ[0]).norm() > 9.0 {
+            continue;
+        }
+        let (found, expected) = (near.signed_distance(&x), whole.signed_distance(&x));
+        // Within reach of the organ and nearer to the surface than the ball is wide.
+        if expected.value.abs() > 3.5 {
+            continue;
+        }
+        seen += 1;
+        assert!(
+            (found.value - expected.value).abs() < 1e-12 * 100.0,
+            "{x} {found:?} {expected:?}"
+        );
+        assert!(near.clearance(&x) <= expected.value);
+    }
+    assert!(seen > 200, "{seen}");
+    let away = LevelSet::about(Arc::new(finned()), &[Vector3::repeat(500.0)], 9.0, 4.0);
+    assert_eq!(away.err(), Some(NoSurface::Empty));
+}
+
+/// The field of a surface.
+#[derive(Debug)]
+struct BeanField(LevelSet);
+
+impl Field for BeanField {
+    fn value(&self, at: &Vector3<f64>) -> f64 {
+        self.0.field().value(at)
+    }
+
+    fn slope(&self, at: &Vector3<f64>) -> Vector3<f64> {
+        self.0.field().slope(at)
+    }
+
+    fn bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [f64; 2] {
+        self.0.field().bounds(low, high)
+    }
+
+    fn slope_bounds(&self, low: &Vector3<f64>, high: &Vector3<f64>) -> [[f64; 2]; 3] {
+        self.0.field().slope_bounds(low, high)
+    }
+
+    fn resolution(&self) -> f64 {
+        self.0.field().resolution()
+    }
+}
+
+impl Curved for BeanField {
+    fn curvature(&self, at: &Vector3<f64>) -> Matrix3<f64> {
+        self.0.field().curvature(at)
+    }
+}
+
+#[test]
+fn an_edge_thinner_than_the_ball_is_left_out_and_told_and_what_comes_to_it_is_not_proved() {
+    let organ = patch(26.0);
+    let set = LevelSet::about(Arc::new(finned()), &organ, 24.0, 4.0).unwrap();
+    let left = set.left_out().unwrap();
+    println!("{left:?}");
+    // Its two sides as long as the block, down to 2 mm over that, which is as far as is looked, and the block's own edges are not; the foot's and the rim's rounding by the smoothing and a ball of 4 mm.
+    let [least, most] = [2.0 * 40.0 * (18.0 - 6.0), 2.0 * 64.0 * (20.0 + 6.0)];
+    assert!(left.area > least && left.area < most, "{left:?}");
+    // From 26 mm down to its rim at 20 mm, which smoothing takes back by a voxel at most; from a foot at most a cover from the rim.
+    assert!((6.0 - set.cover..8.0 + set.cover).contains(&left.apart), "{left:?}");
+    let unproved = |from: [f64; 3], to: [f64; 3]| set.unproved([&from.into(), &to.into()], 4.0, &|| 1.0);
+    let at = [10.0, 0.0, 26.0];
+    // At rest, straight down beside the fin, and up.
+    for to in [at, [10.0, 0.0, 4.0], [10.0, 0.0, 40.0]] {
+        assert_eq!(unproved(at, to), None, "{to:?}");
+    }
+    // Onto it; over it to its other side, where both ends are far from it.
+    for to in [[1.0, 0.0, 19.0], [-8.0, 0.0, 16.0]] {
+        assert!(
+            matches!(unproved(at, to), Some(Unproved::Edge { apart, .. }) if apart < 1.0),
+            "{to:?}"
+        );
+    }
+    let far = [10.0, 29.5, 26.0];
+    assert!(matches!(unproved(at, far), Some(Unproved::Beyond { moved, .. }) if moved == 29.5));
+    // Without the fin within reach there is nothing to say.
+    let beside: Vec<Vector3<f64>> = organ
+        .iter()
+        .filter(|at| at.x == 18.0 && at.y.abs() < 15.0)
+        .copied()
+        .collect();
+    let low: Vec<Vector3<f64>> = beside.iter().map(|at| Vector3::new(at.x, at.y, 5.0)).collect();
+    let set = LevelSet::about(Arc::new(finned()), &low, 9.0, 4.0).unwrap();
+    assert_eq!(set.left_out(), None);
+}

@@ -107,7 +107,8 @@ impl<R: Rigid> RigidContact<R> {
         self.pressures.touches.iter().find_map(|touch| {
             let way = [&solid.reference(touch.point).0, &solid.point(part, touch.point)];
             let gap = || widest_on_the_way(touch.area, solid.stretch(part, touch.point));
-            self.rigid.unproved(way, seen_from(self.rigid.radius(), touch.area), &gap)
+            self.rigid
+                .unproved(way, seen_from(self.rigid.radius(), touch.area), &gap)
         })
     }
 
