@@ -1,7 +1,5 @@
 //! Whole answers: the generated patient's kidney, and what is refused before any pose.
 
-mod contact;
-
 use std::path::Path;
 
 use geometry::{Ct, Direction, Point, Rigid, Tool, checked};

@@ -190,7 +190,7 @@ pub struct RawContact {
     /// Standard deviation of the smoothing of that surface, mm; absent: as the organ's.
     #[serde(default)]
     pub smoothing: Option<f64>,
-    /// Radius of a ball that fits behind that surface wherever the organ may come, mm: how thick it is at least.
+    /// Radius of a ball that fits behind that surface wherever the organ comes, mm: how thick it is at least. What is thinner is left out, and refused where the organ comes to it.
     pub ball: f64,
 }
 

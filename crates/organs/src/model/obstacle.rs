@@ -41,6 +41,8 @@ pub struct Obstacle {
     pub reach_mm: f64,
     /// What of it within that is thinner than its ball; the place is the patient's. A state that comes to it is refused.
     pub left_out: Option<LeftOut>,
+    /// Voxels of its labels near the organ that smoothing leaves outside of it, and others that it takes in.
+    pub moved: [usize; 2],
     surface: LevelSet,
 }
 
@@ -68,6 +70,7 @@ impl Obstacle {
         let reach = (REACH * stroke).min(FARTHEST) + contact.ball;
         let field = near.field(&plan.labels_of(&contact.with), reach)?;
         let (depth, level) = near.overlap(&field)?;
+        let moved = field.facts.moved;
         let surface = near.surface(Receded { field, by: level }, &near.organ, reach)?;
         for point in &body.mesh.surface {
             near.proved(&surface, &point.at, point.area)?;
@@ -76,6 +79,7 @@ impl Obstacle {
             by,
             receded_mm: depth,
             reach_mm: reach,
+            moved,
             left_out: surface.left_out().map(|left| LeftOut {
                 at: labels.patient(&left.at.into()).into(),
                 ..left

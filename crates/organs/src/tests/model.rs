@@ -1,6 +1,8 @@
 //! The model with the tube and without it.
 
+use nalgebra::{Isometry3, Vector3};
 use simulation::control::Potential;
+use simulation::space::frames::{Frames, Settings, State};
 
 use super::{RADIUS, SCENE, label, labelled, labels, plan};
 use crate::Model;
@@ -175,4 +177,58 @@ fn a_thin_wall_that_the_organ_does_not_lie_at_is_left_out_and_told() {
     let refused = walled(18.0).unwrap_err();
     assert_eq!(refused.key, "contacts.0.ball", "{refused:?}");
     assert!(refused.found.contains("thinner than its ball"), "{refused:?}");
+}
+
+/// How deep the ball's surface comes into the floor's voxels, which no contact asks, mm, before and at the end of 7 mm frame by frame; and the force on the floor.
+fn pushed(contact: bool) -> ([f64; 2], f64) {
+    let attachment = "[[attachments]]\norgan = \"ball\"\nto = [\"floor\"]\nwithin = 4.0\nkind = \"fixed\"\n";
+    let table = "[[contacts]]\norgan = \"ball\"\nwith = [\"floor\"]\nsmoothing = 2.0\nball = 3.0\n";
+    let text = SCENE.replace(attachment, if contact { table } else { "" });
+    let (plan, labels) = (
+        plan(&text.replace("young = 1e-3", "young = 1e-4")).unwrap(),
+        labels(AXES).unwrap(),
+    );
+    let model = Model::without_tube(&plan, &labels).unwrap();
+    let (way, free, last) = (model.way, model.free, model.way.last(&model.bodies[0].field));
+    let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
+    let (a, tube) = (model.system.initial(), way.tube(free - 1.0).unwrap());
+    let begin = *tube.pose();
+    let mut frames = Frames::new(model.system, a, 0, tube, Settings::default(), wanted).unwrap();
+    let deepest = |frames: &Frames| {
+        let bodies = &frames.system().bodies;
+        let part = bodies.part(0, frames.state());
+        let at = (0..bodies.solid(0).points()).map(|k| bodies.solid(0).point(part, k));
+        // The floor is flat: from a voxel's front face on.
+        let front = labels.own(&Vector3::new(0.0, RADIUS, 0.0)).y / SPACING - 0.5;
+        let front = (front.ceil() - 0.5 + 0.5) * SPACING;
+        at.filter(|at| labels.at(at) == 3)
+            .map(|at| at.y - front)
+            .fold(0.0, f64::max)
+    };
+    let before = deepest(&frames);
+    for k in 0..=32 {
+        let pose = Isometry3::translation(0.0, 0.25 * f64::from(k), 0.0) * begin;
+        let frame = frames.frame(&pose);
+        assert!(
+            matches!(frame.state, State::Settled | State::Approximate),
+            "{k}: {frame:?}"
+        );
+    }
+    let on = frames.bone_force(0).map_or(0.0, |on| on.force.y);
+    ([before, deepest(&frames)], on)
+}
+
+#[test]
+fn a_ball_that_is_pushed_onto_the_floor_frame_by_frame_stays_out_of_its_voxels() {
+    let ([at_rest, kept], on) = pushed(true);
+    let ([_, gone], none) = pushed(false);
+    println!(
+        "in the floor's voxels {at_rest:.2} mm at rest, {kept:.2} with contact, {gone:.2} without; {on:.3} N on it"
+    );
+    // Smoothed, the surface of a flat floor is its voxels' face but near its rim: a third of a voxel is left for that and for what it receded.
+    assert!(
+        kept < at_rest + SPACING / 3.0 && gone > kept + SPACING / 3.0,
+        "{kept} {gone}"
+    );
+    assert!(on > 0.01 && none == 0.0, "{on}");
 }

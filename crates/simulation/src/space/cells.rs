@@ -32,6 +32,7 @@ mod ties;
 
 pub use curved::Curved;
 pub use field::{Ball, Bounds, Field, Plane, Shell};
+pub(in crate::space) use field::{is_clear, steepest};
 pub use grid::{Cell, Grid};
 pub use label::{Facts, LabelField, LabelMap, NoRegion, Parts, Smoothing};
 pub use lattice::{Lattice, LatticeCube};

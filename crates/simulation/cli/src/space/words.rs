@@ -101,8 +101,14 @@ pub(super) fn described(title: &str, path: &str, plan: &Plan, labels: &Labels, m
     }
     for (contact, obstacle) in plan.contacts.iter().zip(&model.obstacles) {
         let words = format!(
-            "{}: kept out of {}, smoothed by {} mm and taken back by {:.2} mm, where it overlaps as it lies; looked for {:.0} mm round it; it slides",
-            model.bodies[contact.organ].name, obstacle.by, contact.smoothing, obstacle.receded_mm, obstacle.reach_mm
+            "{}: kept out of {}, smoothed by {} mm and taken back by {:.2} mm, where it overlaps as it lies; smoothing left {} voxels outside and took {} others in; looked for {:.0} mm round it; it slides",
+            model.bodies[contact.organ].name,
+            obstacle.by,
+            contact.smoothing,
+            obstacle.receded_mm,
+            obstacle.moved[0],
+            obstacle.moved[1],
+            obstacle.reach_mm
         );
         line(&mut text, "contact", &words);
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::field::Field;
+use super::field::{Field, is_clear, steepest};
 use super::mesh::Mesh;
 use super::parts::SurfacePoint;
 use super::rule::{Depth, Rule};
@@ -67,10 +67,14 @@ fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spaci
         return Some(faces_of(mesh, number, count));
     }
     let side = (high - low) / count as f64;
-    let mut points = Vec::new();
+    let (mut points, steepest) = (Vec::new(), steepest(field, &low, &high));
     for n in 0..count.pow(3) {
         let at = [n % count, n / count % count, n / count / count].map(|k| k as f64);
         let low = low + side.component_mul(&Vector3::from(at));
+        // Most parts have no surface in them.
+        if is_clear(field, &low, &(low + side), &steepest) {
+            continue;
+        }
         let rule = Rule::surface_of(field, &low, &(low + side), depth);
         points.extend(rule.iter().map(|s| SurfacePoint::of(number, s)));
     }

@@ -31,6 +31,26 @@ pub trait Field: Sync {
     }
 }
 
+/// The steepest slope along each axis in a box.
+pub(in crate::space) fn steepest(field: &dyn Field, low: &Vector3<f64>, high: &Vector3<f64>) -> Vector3<f64> {
+    let slopes = field.slope_bounds(low, high);
+    Vector3::from_fn(|k, _| slopes[k][0].abs().max(slopes[k][1].abs()))
+}
+
+/// Whether no surface is in a box by the value in its middle and the steepest slope. A spline's own bounds are those of the whole voxel, however small a box in it:
+/// by these alone every part of a shell some voxels thick would be descended from.
+pub(in crate::space) fn is_clear(
+    field: &dyn Field,
+    low: &Vector3<f64>,
+    high: &Vector3<f64>,
+    steepest: &Vector3<f64>,
+) -> bool {
+    let half = 0.5 * (high - low);
+    // Rounding of a value, by far: a box may only be passed over where none is in it.
+    let rounding = 1e-12 * steepest.dot(&(low.abs() + high.abs()));
+    field.value(&(low + half)).abs() > half.dot(steepest) + rounding
+}
+
 /// What lies behind a plane: `(x - point) . normal < 0`.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::NoSurface;
 use super::foot::descend;
-use crate::space::cells::Curved;
+use crate::space::cells::{Curved, is_clear, steepest};
 
 /// More parts of a surface than these are refused, and more boxes looked at.
 const MOST_PARTS: usize = 1_000_000;
@@ -76,21 +76,6 @@ pub(super) fn parts(
 fn is_beside(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>) -> bool {
     let bounds = field.bounds(low, high);
     bounds[0] > 0.0 || bounds[1] < 0.0
-}
-
-/// The steepest slope along each axis in a box.
-fn steepest(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>) -> Vector3<f64> {
-    let slopes = field.slope_bounds(low, high);
-    Vector3::from_fn(|k, _| slopes[k][0].abs().max(slopes[k][1].abs()))
-}
-
-/// Whether no surface is in a box by the value in its middle and the steepest slope. A spline's own bounds are those of the whole voxel, however small a box in it:
-/// by these alone every part of a shell some voxels thick would be descended from.
-fn is_clear(field: &dyn Curved, low: &Vector3<f64>, high: &Vector3<f64>, steepest: &Vector3<f64>) -> bool {
-    let half = 0.5 * (high - low);
-    // Rounding of a value, by far: a box may only be passed over where none is in it.
-    let rounding = 1e-12 * steepest.dot(&(low.abs() + high.abs()));
-    field.value(&(low + half)).abs() > half.dot(&steepest) + rounding
 }
 
 impl Part {
