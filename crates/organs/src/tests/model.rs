@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use simulation::control::Potential;
 use simulation::space::frames::{Frames, Settings, State};
 
-use super::{RADIUS, SCENE, label, labelled, labels, plan};
+use super::{RADIUS, SCENE, SPACING, label, labelled, labels, plan};
 use crate::Model;
 use crate::hold::How;
 
@@ -183,7 +183,9 @@ fn a_thin_wall_that_the_organ_does_not_lie_at_is_left_out_and_told() {
 fn pushed(contact: bool) -> ([f64; 2], f64) {
     let attachment = "[[attachments]]\norgan = \"ball\"\nto = [\"floor\"]\nwithin = 4.0\nkind = \"fixed\"\n";
     let table = "[[contacts]]\norgan = \"ball\"\nwith = [\"floor\"]\nsmoothing = 2.0\nball = 3.0\n";
+    // Looked for as far as a stroke of 8 mm may take it.
     let text = SCENE.replace(attachment, if contact { table } else { "" });
+    let text = text.replace("stroke = 4.0", "stroke = 8.0");
     let (plan, labels) = (
         plan(&text.replace("young = 1e-3", "young = 1e-4")).unwrap(),
         labels(AXES).unwrap(),
@@ -199,8 +201,8 @@ fn pushed(contact: bool) -> ([f64; 2], f64) {
         let part = bodies.part(0, frames.state());
         let at = (0..bodies.solid(0).points()).map(|k| bodies.solid(0).point(part, k));
         // The floor is flat: from a voxel's front face on.
-        let front = labels.own(&Vector3::new(0.0, RADIUS, 0.0)).y / SPACING - 0.5;
-        let front = (front.ceil() - 0.5 + 0.5) * SPACING;
+        let first = (labels.own(&Vector3::new(0.0, RADIUS, 0.0)).y / SPACING).ceil();
+        let front = (first - 0.5) * SPACING;
         at.filter(|at| labels.at(at) == 3)
             .map(|at| at.y - front)
             .fold(0.0, f64::max)

@@ -311,6 +311,6 @@ fn an_edge_thinner_than_the_ball_is_left_out_and_told_and_what_comes_to_it_is_no
         .copied()
         .collect();
     let low: Vec<Vector3<f64>> = beside.iter().map(|at| Vector3::new(at.x, at.y, 5.0)).collect();
-    let set = LevelSet::about(Arc::new(finned()), &low, 9.0, 4.0).unwrap();
+    let set = LevelSet::about(Arc::new(finned()), &low, 7.0, 4.0).unwrap();
     assert_eq!(set.left_out(), None);
 }
