@@ -6,7 +6,8 @@ use simulation::space::error::halved;
 
 use super::labels::Labels;
 use super::plan::{Organ, Plan};
-use super::way::{POINTS, Way};
+use super::points::Points;
+use super::way::Way;
 use crate::numbers::{Checked, invalid};
 
 /// An organ in the model.
@@ -24,8 +25,6 @@ pub struct Body {
     pub facts: Facts,
     /// The region with its holes filled, where it has some that are open, and how far beside a surface it is asked, mm.
     filled: Option<(LabelField, f64)>,
-    /// The smallest ball that fits behind what it has contact with, mm: of its radius points must be near enough to one another.
-    ball: Option<f64>,
 }
 
 impl Body {
@@ -48,11 +47,9 @@ impl Body {
         };
         let mesh = Mesh::new(&field, field.corners, settings, &refine);
         let mut mesh = mesh.map_err(|why| invalid(key("cubes"), why, "cubes that fit the organ"))?;
-        let ball = ball(k, plan);
-        let spacing = |low: &Vector3<f64>, high: &Vector3<f64>| spacing(way, last, ball, [low, high]);
-        mesh.lay_points(&field, settings.depth, spacing);
+        let points = Points::new(k, plan, labels, way, last);
+        mesh.lay_points_by(&field, |low, high| points.spacing([low, high]));
         Ok(Self {
-            ball,
             filled: filled(organ, labels, &field),
             name: organ.name.clone(),
             label: organ.label,
@@ -72,12 +69,12 @@ impl Body {
     ///
     /// # Errors
     /// [`NoMesh`], as of too many cubes.
-    pub(crate) fn halved(&self, organ: &Organ, way: &Way) -> Result<Self, NoMesh> {
-        let (field, settings) = (&self.field, &organ.settings);
+    pub(crate) fn halved(&self, k: usize, plan: &Plan, labels: &Labels, way: &Way) -> Result<Self, NoMesh> {
+        let (field, settings) = (&self.field, &plan.organs[k].settings);
         let mut mesh = halved(&self.mesh, field, field.corners, settings, None)?;
-        let (last, ball) = (way.last(field), self.ball);
+        let points = Points::new(k, plan, labels, way, way.last(field));
         // Where cubes set how near points are, these are nearer too: what points leave out shows as an error of the mesh.
-        mesh.lay_points(field, settings.depth, |low, high| spacing(way, last, ball, [low, high]));
+        mesh.lay_points_by(field, |low, high| points.spacing([low, high]));
         Ok(Self { mesh, ..self.clone() })
     }
 }
@@ -93,21 +90,6 @@ fn filled(organ: &Organ, labels: &Labels, field: &LabelField) -> Option<(LabelFi
     };
     let filled = LabelField::new(&labels.map(), organ.label, &smoothing).ok()?;
     Some((filled, labels.spacing.min()))
-}
-
-/// Of all that an organ may come to be pressed against.
-fn ball(organ: usize, plan: &Plan) -> Option<f64> {
-    let own = plan.contacts.iter().filter(|contact| contact.organ == organ);
-    own.map(|contact| contact.ball).reduce(f64::min)
-}
-
-/// How far from one another points of a cube's surface may be, mm: for the tube, and for what is rigid, wherever that may be.
-fn spacing(way: &Way, last: f64, ball: Option<f64>, [low, high]: [&Vector3<f64>; 2]) -> Option<f64> {
-    let at_tube = way.spacing([low, high], last);
-    let most = (high.x - low.x) / POINTS;
-    // Points so far apart stand for areas whose middles are up to 1.2 times as far from one another's: of half a ball's radius where the surface is stretched by 1.4.
-    let at_rigid = ball.map(|ball| most.min(0.3 * ball));
-    at_tube.into_iter().chain(at_rigid).reduce(f64::min)
 }
 
 /// The displacement that nodes give a place, mm: `row` is of their numbers, with weights, and `part` the unknowns of their organ,

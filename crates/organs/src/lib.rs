@@ -16,6 +16,7 @@ pub mod labels;
 pub mod model;
 pub mod numbers;
 pub mod plan;
+mod points;
 pub mod raw;
 pub mod sha;
 pub mod target;

@@ -144,8 +144,8 @@ impl Model {
     /// In words: too many unknowns, no mesh, or as [`Self::new`].
     pub fn halved(&self, plan: &Plan, labels: &Labels) -> Result<Self, String> {
         let (mut bodies, mut unknowns) = (Vec::new(), 0);
-        for (body, organ) in self.bodies.iter().zip(&plan.organs) {
-            let finer = body.halved(organ, &self.way).map_err(|why| why.to_string())?;
+        for (k, body) in self.bodies.iter().enumerate() {
+            let finer = body.halved(k, plan, labels, &self.way).map_err(|why| why.to_string())?;
             unknowns += finer.mesh.unknowns();
             if unknowns > bounds::MOST {
                 return Err(format!(

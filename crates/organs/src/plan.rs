@@ -97,6 +97,19 @@ pub struct Contact {
     pub ball: f64,
 }
 
+/// What keeps an organ out is looked for so many strokes round it at rest: an organ that is pushed at its rim turns, and its other end goes farther than the tube. What goes
+/// farther still is refused when it does.
+const REACH: f64 = 1.5;
+/// But no farther than so, mm: a tube that passes an organ by has a long stroke, and moves it by no more than it is wide.
+const FARTHEST: f64 = 30.0;
+
+impl Contact {
+    /// How far round the organ at rest it is looked for, mm, where the tube goes this far from its first touch on.
+    pub fn reach(&self, stroke: f64) -> f64 {
+        (REACH * stroke).min(FARTHEST) + self.ball
+    }
+}
+
 /// A soft bath.
 #[derive(Debug, Clone, Copy)]
 pub struct Bath {

@@ -20,11 +20,6 @@ use crate::plan::{Contact, Plan};
 const MARGIN: f64 = 4.0;
 /// Standard deviations that smoothing reaches.
 const SPREAD: f64 = 4.0;
-/// It is looked for so many strokes round the organ at rest: an organ that is pushed at its rim turns, and its other end goes farther than the tube. What goes farther
-/// still is refused when it does.
-const REACH: f64 = 1.5;
-/// But no farther than so, mm: a tube that passes an organ by has a long stroke, and moves it by no more than it is wide.
-const FARTHEST: f64 = 30.0;
 /// And so many radii of the ball more, where feet and balls may lie.
 const BEYOND: f64 = 2.0;
 /// Both surfaces overlap at rest by smoothing alone, in voxels: more says that the labels are not what they are taken for.
@@ -67,7 +62,7 @@ impl Obstacle {
             key: format!("contacts.{k}"),
             name: format!("{by} near {:?}", body.name),
         };
-        let reach = (REACH * stroke).min(FARTHEST) + contact.ball;
+        let reach = contact.reach(stroke);
         let field = near.field(&plan.labels_of(&contact.with), reach)?;
         let (depth, level) = near.overlap(&field)?;
         let moved = field.facts.moved;

@@ -75,6 +75,23 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
         println!("{} points: {least} to {most} mm apart", mesh.surface.len());
         // Places looked at are at most half of the spacing apart along their base, 0.36 from its middle.
         assert!(least >= 1.0 && most < 1.5 && most > 0.5, "{least} {most}");
+        // Two Gauss points in more parts are as near to one another, and stand for the same area.
+        let mut few = mesh.clone();
+        few.lay_points_by(field, |_, _| {
+            Some((
+                1.0,
+                Depth {
+                    points: 2,
+                    ..Depth::default()
+                },
+            ))
+        });
+        let (least, most) = apart(&few, &dense);
+        assert!(
+            few.surface != mesh.surface && least >= 1.0 && most < 1.5,
+            "{least} {most}"
+        );
+        assert!((area(&few) / area(&mesh) - 1.0).abs() < 2e-4, "{}", area(&few));
         // The same points each time.
         assert_eq!(make(field, 1.0).surface, mesh.surface);
         // A spacing that no part of a cube is small enough for leaves the points as they are.

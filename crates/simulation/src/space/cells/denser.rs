@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::field::{Field, is_clear, steepest};
 use super::mesh::Mesh;
 use super::parts::SurfacePoint;
-use super::rule::{Depth, Rule};
+use super::rule::{Depth, Rule, gauss};
 use super::surface::faces_of;
 
 /// Halvings of a cube's sides at most, in search of places on its surface.
@@ -22,21 +22,31 @@ impl Mesh {
     /// pressed on, elsewhere. Points of a mesh as it is made integrate polynomials exactly, but some stand for next to no area, so that pressures at them settle
     /// slowly, and they leave gaps.
     ///
-    /// `field` and `depth` are those that the mesh was made with. A cube keeps its points where no spacing is asked, where the 32nd of its side is too large for
-    /// the spacing, and where another area is found, as where its surface lies on its face by rounding.
+    /// `field` is that which the mesh was made with, `depth` how places are looked for. A cube keeps its points where no spacing is asked, where the 32nd of its side
+    /// is too large for the spacing, and where another area is found, as where its surface lies on its face by rounding.
     pub fn lay_points(
         &mut self,
         field: &dyn Field,
         depth: Depth,
         spacing: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Option<f64>,
     ) {
+        self.lay_points_by(field, |low, high| spacing(low, high).map(|spacing| (spacing, depth)));
+    }
+
+    /// The same where cubes differ in how places are looked for too: few Gauss points in many parts are as near to one another as many in few, and cost less
+    /// where parts are small beside what the field resolves.
+    pub fn lay_points_by(
+        &mut self,
+        field: &dyn Field,
+        spacing: impl Fn(&Vector3<f64>, &Vector3<f64>) -> Option<(f64, Depth)>,
+    ) {
         let mut old: Vec<Vec<SurfacePoint>> = vec![Vec::new(); self.cells.len()];
         self.surface.iter().for_each(|p| old[p.cell as usize].push(*p));
         let (mut kept, mut samples) = (Vec::new(), Vec::new());
         for (number, points) in old.into_iter().enumerate() {
             let [low, high] = self.grid.corners(&self.cells[number]);
-            let wanted = spacing(&low, &high).filter(|s| s.is_finite() && *s > 0.0 && !points.is_empty());
-            let new = wanted.and_then(|spacing| Some((spacing, samples_of(self, field, depth, number, spacing)?)));
+            let wanted = spacing(&low, &high).filter(|(s, _)| s.is_finite() && *s > 0.0 && !points.is_empty());
+            let new = wanted.and_then(|wanted| Some((wanted.0, samples_of(self, field, number, wanted)?)));
             let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
             match new {
                 Some((spacing, new)) if (area(&new) - area(&points)).abs() <= MOST_OTHER * area(&points) => {
@@ -54,10 +64,17 @@ impl Mesh {
 }
 
 /// Places on the surface in a cube, along the axes no farther apart than half the spacing; `None` where they would be too many.
-fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spacing: f64) -> Option<Vec<SurfacePoint>> {
+fn samples_of(
+    mesh: &Mesh,
+    field: &dyn Field,
+    number: usize,
+    (spacing, depth): (f64, Depth),
+) -> Option<Vec<SurfacePoint>> {
     let [low, high] = mesh.grid.corners(&mesh.cells[number]);
-    // Of four Gauss points no two that are neighbours are farther apart than 0.34 of the part.
-    let parts = (0.34 * (high.x - low.x) / (0.5 * spacing)).log2().ceil().max(0.0);
+    let parts = (widest(depth.points) * (high.x - low.x) / (0.5 * spacing))
+        .log2()
+        .ceil()
+        .max(0.0);
     if !(0.0..=f64::from(MOST_HALVINGS)).contains(&parts) {
         return None;
     }
@@ -81,30 +98,65 @@ fn samples_of(mesh: &Mesh, field: &dyn Field, depth: Depth, number: usize, spaci
     Some(points)
 }
 
+/// How far neighbours of so many Gauss points, in parts side by side, are from one another, in sides of a part: 0.34 of four, 0.58 of two.
+fn widest(points: usize) -> f64 {
+    let points = gauss(points);
+    let beside = points.first().map_or(1.0, |(at, _)| 2.0 * at);
+    points
+        .windows(2)
+        .map(|two| (two[1].0 - two[0].0).abs())
+        .fold(beside, f64::max)
+}
+
+/// Places in boxes as wide as the widest spacing: what is nearer to a place than that is in its box or beside it.
+struct Boxes {
+    side: f64,
+    boxes: BTreeMap<[i64; 3], Vec<usize>>,
+}
+
+impl Boxes {
+    fn key(&self, at: &Vector3<f64>) -> [i64; 3] {
+        (at / self.side).map(|x| x.floor() as i64).into()
+    }
+
+    /// Numbers of places in a box and those beside it, its own first.
+    fn around(&self, middle: [i64; 3]) -> impl Iterator<Item = usize> {
+        let keys = (0..27).map(move |n| {
+            // Number 13 is the middle: it goes first.
+            let n = (n + 13) % 27;
+            [0, 1, 2].map(|k| middle[k] + [n % 3, n / 3 % 3, n / 9][k] - 1)
+        });
+        keys.filter_map(|key| self.boxes.get(&key)).flatten().copied()
+    }
+}
+
 /// Of places those that no one before is nearer to than their spacing, each with the area of all that are nearest to it.
 fn thinned(samples: Vec<(SurfacePoint, f64)>) -> Vec<SurfacePoint> {
-    let widest = samples.iter().map(|s| s.1).fold(0.0, f64::max);
-    let key = |at: &Vector3<f64>| -> [i64; 3] { (at / widest).map(|x| x.floor() as i64).into() };
-    let mut boxes: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
-    let mut kept: Vec<SurfacePoint> = Vec::new();
-    let nearest = |boxes: &BTreeMap<[i64; 3], Vec<usize>>, kept: &[SurfacePoint], at: &Vector3<f64>| {
-        let middle = key(at);
-        let around = (0..27).map(|n| [0, 1, 2].map(|k| middle[k] + [n % 3, n / 3 % 3, n / 9][k] - 1));
-        let near = around.filter_map(|key| boxes.get(&key)).flatten();
-        let away = near.map(|k| ((kept[*k].at - at).norm(), *k));
-        away.min_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)))
+    let mut boxes = Boxes {
+        side: samples.iter().map(|s| s.1).fold(0.0, f64::max),
+        boxes: BTreeMap::new(),
     };
+    let mut kept: Vec<SurfacePoint> = Vec::new();
     for (sample, spacing) in &samples {
-        if nearest(&boxes, &kept, &sample.at).is_none_or(|(away, _)| away >= *spacing) {
-            boxes.entry(key(&sample.at)).or_default().push(kept.len());
+        let key = boxes.key(&sample.at);
+        if boxes.around(key).all(|k| (kept[k].at - sample.at).norm() >= *spacing) {
+            boxes.boxes.entry(key).or_default().push(kept.len());
             kept.push(SurfacePoint { area: 0.0, ..*sample });
         }
     }
     // Only now all that are kept are known: an area goes to the nearest of them.
+    let (mut areas, mut around, mut last) = (vec![0.0; kept.len()], Vec::new(), None);
     for (sample, _) in &samples {
-        if let Some((_, k)) = nearest(&boxes, &kept, &sample.at) {
-            kept[k].area += sample.area;
+        let key = boxes.key(&sample.at);
+        // Samples come cube by cube: the next is often in the same box.
+        if last.replace(key) != Some(key) {
+            around = boxes.around(key).collect();
+        }
+        let away = around.iter().map(|k| ((kept[*k].at - sample.at).norm(), *k));
+        if let Some((_, k)) = away.min_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1))) {
+            areas[k] += sample.area;
         }
     }
+    kept.iter_mut().zip(areas).for_each(|(point, area)| point.area = area);
     kept
 }
