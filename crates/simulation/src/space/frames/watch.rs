@@ -187,9 +187,8 @@ impl Frames {
         if seen.unprepared > self.settings.depth {
             return Err(Refused::OutOfReach { depth: seen.unprepared });
         }
-        match each().find(|(most, (_, gap))| gap > most) {
-            Some((most, &(_, gap))) => return Err(Refused::TooCoarse { gap, most }),
-            None => {}
+        if let Some((most, &(_, gap))) = each().find(|(most, (_, gap))| gap > most) {
+            return Err(Refused::TooCoarse { gap, most });
         }
         match gaps.then(|| self.unproved(tube, a, v)).flatten() {
             Some(why) => Err(Refused::Unproved(why)),

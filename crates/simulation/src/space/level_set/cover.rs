@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::NoSurface;
-use super::foot::descend;
+use super::foot::{descend, unit};
 use crate::space::cells::{Curved, is_clear, steepest};
 
 /// More parts of a surface than these are refused, and more boxes looked at.
@@ -82,7 +82,7 @@ impl Part {
     /// The area of the plane through its foot that lies in its box, mm^2: boxes side by side share no part of a surface.
     pub(super) fn area(&self, normal: &Vector3<f64>) -> f64 {
         let [low, high] = self.corners;
-        let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0)).normalize();
+        let across = unit(&normal.cross(&Vector3::ith(normal.iamin(), 1.0)));
         let other = normal.cross(&across);
         // A square that the box is in, wherever in it the foot is; the planes of the box's faces cut it to what is inside.
         let half = 2.0 * (high - low).norm() + (self.foot - 0.5 * (low + high)).norm();
