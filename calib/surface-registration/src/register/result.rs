@@ -1,17 +1,17 @@
 //! A registration with all that is known of its error.
 
 use geometry::{Frame, Point, Rigid, Uncertain, UncertainPoint};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
 
 use super::{RegisterError, transform};
-use crate::points::{Points, SharedError};
+use crate::points::{Cloud, Points, SharedError};
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
 use super::margin::margin;
 use super::moved::{Halves, OrderCheck, halves};
 use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
-use super::rows::Rows;
+use super::rows::{Row, Rows};
 
 /// Another minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,11 +49,12 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub noise_ratio: f64,
     /// Deviation of the noise ratio of a right registration: it falls with the number of points.
     pub noise_ratio_sigma: f64,
-    /// Share of the points that lie within three deviations and have a say, such as were taken by a probe held still as one.
+    /// Share, of the points of which the surface says something, that lie within three deviations and have a say; such as were taken by a
+    /// probe held still count as one, and those beyond an open border not at all.
     pub share_kept: f64,
     /// How many points that is.
     pub kept: f64,
-    /// Share of the points with a beam whose beam comes from inside the bone.
+    /// Share, of the points of which the surface says something, whose beam comes from inside the bone.
     pub share_facing_away: f64,
     /// Share of the points whose nearest place is an open border.
     pub share_beyond: f64,
@@ -80,6 +81,8 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
+    /// What the largest gross error of each point that would not be noticed moves the pose by, about the middle of the points.
+    pub(crate) unnoticed: Vec<(usize, Vector6<f64>)>,
     /// As `covariance`, but for the turn about the middle of the points and its shift, where the two hardly correlate.
     about_points: Matrix8,
 }
@@ -128,11 +131,13 @@ pub(super) fn result<To: Frame, From: Frame>(
     let (mut others, mut hits) = (Vec::new(), best.hits);
     let inverse = about.cholesky().map(|c| c.inverse());
     let total: f64 = cloud.votes.iter().sum();
-    let share = |class: Class| {
+    let votes = |class: Class| {
         let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
         // Of none the sum is -0.
-        own.map(|(_, vote)| vote).sum::<f64>().max(0.0) / total
+        own.map(|(_, vote)| vote).sum::<f64>().max(0.0)
     };
+    // Of those beyond an open border nothing is known: they neither fit nor do they not.
+    let known = (total - votes(Class::Beyond)).max(f64::MIN_POSITIVE);
     for other in &searched.minima[1..] {
         // What lies within the error that is promised is no other answer: the same one, with another point left out.
         if inverse.is_some_and(|inverse| off(&other.ended.state, &state, &inverse) < SAME_CHI2) {
@@ -157,10 +162,10 @@ pub(super) fn result<To: Frame, From: Frame>(
         shared: (carry(&state.shift) * answer).fixed_rows::<6>(0).into_owned(),
         noise_ratio: kept.ratio,
         noise_ratio_sigma: kept.sigma,
-        share_kept: kept.count / total,
+        share_kept: kept.count / known,
         kept: kept.count,
-        share_facing_away: share(Class::FacesAway),
-        share_beyond: share(Class::Beyond),
+        share_facing_away: votes(Class::FacesAway) / known,
+        share_beyond: votes(Class::Beyond) / total,
         points: each,
         cost,
         steps: best.ended.steps,
@@ -174,6 +179,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         order,
         centre: state.shift,
         radius_mm: cloud.radius_mm,
+        unnoticed: unnoticed(&rows, cloud, &held),
         about_points: covariance,
     })
 }
@@ -222,6 +228,21 @@ fn answer<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: 
     held * pull
 }
 
+/// A point whose residual is larger is seen to be a gross error, deviations: from there on the kernel leaves it little of a say.
+const NOTICED: f64 = 3.0;
+
+/// What a gross error of each point moves the pose by where its residual stays within [`NOTICED`] (Baarda's external reliability): a fit follows
+/// an error by the point's leverage `h`, so that one of `NOTICED / (1 - h)` deviations leaves no more.
+fn unnoticed(rows: &Rows, cloud: &Cloud, held: &Matrix8) -> Vec<(usize, Vector6<f64>)> {
+    let one = |row: &Row| {
+        // What shares a place or an image counts as one, and errs together: it is asked for with a whole vote.
+        let answer = held * row.slope * (row.weight / cloud.votes[row.point]);
+        let left = (1.0 - row.slope.dot(&answer)).max(1e-6);
+        (row.point, answer.fixed_rows::<6>(0) * (NOTICED / left))
+    };
+    rows.rows.iter().map(one).collect()
+}
+
 /// From (w, v about the centre, ...) to (w, v about the origin, ...): v = v_c - w x c.
 fn about_origin(covariance: &Matrix8, centre: &Vector3<f64>) -> Matrix8 {
     let carry = carry(centre);
@@ -254,6 +275,20 @@ impl<To: Frame, From: Frame> SurfaceRegistration<To, From> {
     pub fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
         let c: Matrix3<f64> = self.at(target).covariance();
         c.trace().sqrt()
+    }
+
+    /// How far a gross error of one point that would not be noticed puts a target off at most, mm, and which point that is.
+    pub fn unnoticed_mm(&self, target: Point<To>) -> (f64, usize) {
+        let arm = Vector3::from(target.mm()) - self.centre;
+        let way = |(point, motion): &(usize, Vector6<f64>)| {
+            let (w, v) = (motion.fixed_rows::<3>(0), motion.fixed_rows::<3>(3));
+            ((w.into_owned().cross(&arm) + v).norm(), *point)
+        };
+        self.unnoticed
+            .iter()
+            .map(way)
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .unwrap_or((0.0, 0))
     }
 
     pub(crate) fn covariance_about_points(&self) -> Matrix8 {

@@ -48,6 +48,9 @@ const ROUNDS: usize = 6;
 /// Rounds after which a point that was beyond an open border stays there: one that says nothing does no harm, and rounds between which points
 /// go to and fro have no end. (One that goes beyond may always: were it held, it would draw the fit back under the border.)
 const FREE_ROUNDS: usize = 3;
+/// Rounds after which deviations are halfway between those of the last two poses: with those of the last one alone some fits go to and fro
+/// between two poses for ever, a third of a millimetre apart at the points.
+const PLAIN_ROUNDS: usize = 2;
 /// Steps of one round.
 const ROUND_STEPS: usize = 8;
 /// A step that ends a round, mm.
@@ -139,13 +142,16 @@ impl Solver<'_> {
         };
         for round in 0..ROUNDS {
             if round > 0 {
-                let before = std::mem::take(&mut noise.beyond);
+                let before = noise.clone();
                 if apart_mm(&now.state, &bent, cloud.radius_mm) < SAME_BEND_MM {
                     self.sharpen(cloud, exact, &now.state, &mut noise);
                 } else {
                     (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
                 }
-                noise.beyond = before;
+                if round >= PLAIN_ROUNDS {
+                    noise.halfway_to(&before);
+                }
+                noise.beyond = before.beyond;
                 if round >= FREE_ROUNDS {
                     noise.beyond = self.sides(cloud, exact, &noise, &now.state);
                 }
@@ -268,4 +274,16 @@ pub(crate) struct Noise {
     pub(crate) beyond: Vec<bool>,
     /// Variance that bends and facets add to that along the normal, mm^2.
     spread: Vec<f64>,
+}
+
+impl Noise {
+    /// Takes variances and bends halfway to those of another pose: what both agree in stays.
+    fn halfway_to(&mut self, other: &Self) {
+        for i in 0..self.sharp.len() {
+            let variance = 0.5 * (self.sharp[i].powi(-2) + other.sharp[i].powi(-2));
+            self.sharp[i] = 1.0 / variance.sqrt();
+            self.bends[i] = 0.5 * (self.bends[i] + other.bends[i]);
+            self.spread[i] = 0.5 * (self.spread[i] + other.spread[i]);
+        }
+    }
 }
