@@ -44,13 +44,14 @@ pub(crate) struct Ended {
 }
 
 /// Rounds of the end: in each one the deviations are those of the pose before.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 8;
 /// Rounds after which a point that was beyond an open border stays there: one that says nothing does no harm, and rounds between which points
 /// go to and fro have no end. (One that goes beyond may always: were it held, it would draw the fit back under the border.)
 const FREE_ROUNDS: usize = 3;
-/// Rounds after which deviations are halfway between those of the last two poses: with those of the last one alone some fits go to and fro
-/// between two poses for ever, a third of a millimetre apart at the points.
-const PLAIN_ROUNDS: usize = 2;
+/// Where a second round and later ones moved the points by less, mm, deviations are halfway between those of both poses: with those of the last
+/// one alone some fits go to and fro for ever between two poses that are up to 0.35 mm apart at the points. What moves further goes somewhere,
+/// and deviations of where it was would flatter its cost.
+const TO_AND_FRO_MM: f64 = 0.5;
 /// Steps of one round.
 const ROUND_STEPS: usize = 8;
 /// A step that ends a round, mm.
@@ -140,6 +141,7 @@ impl Solver<'_> {
             is_settled: false,
             noise: Noise::default(),
         };
+        let mut moved = f64::INFINITY;
         for round in 0..ROUNDS {
             if round > 0 {
                 let before = noise.clone();
@@ -148,7 +150,7 @@ impl Solver<'_> {
                 } else {
                     (noise, bent) = (self.exact_noise(cloud, exact, &now.state), now.state);
                 }
-                if round >= PLAIN_ROUNDS {
+                if round > 1 && moved < TO_AND_FRO_MM {
                     noise.halfway_to(&before);
                 }
                 noise.beyond = before.beyond;
@@ -159,7 +161,7 @@ impl Solver<'_> {
             let problem = self.last(cloud, exact, &noise);
             let ended = least_squares(&problem, now.state, Damping::GAUSS_NEWTON, Limits::tries(ROUND_STEPS))?;
             // The deviations change the minimum by a share of what the last round moved: once that is little nothing is left to change.
-            let moved = apart_mm(&ended.state, &now.state, cloud.radius_mm);
+            moved = apart_mm(&ended.state, &now.state, cloud.radius_mm);
             (now.state, now.cost) = (ended.state, ended.cost);
             (now.steps, now.is_settled) = (now.steps + ended.steps, moved < SWAYING_MM);
             if moved < STILL_MM {
