@@ -7,6 +7,7 @@ mod moved;
 mod parts;
 mod result;
 mod rows;
+mod sensitivity;
 mod start;
 mod suspect;
 
@@ -17,6 +18,7 @@ pub use error::RegisterError;
 pub use moved::{Halves, OrderCheck};
 pub use parts::{Class, PointResult};
 pub use result::{Other, SurfaceRegistration};
+pub use sensitivity::GrossError;
 pub use start::{Landmark, Start};
 
 use crate::points::Points;

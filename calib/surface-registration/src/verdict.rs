@@ -9,7 +9,7 @@ use std::fmt;
 use geometry::{Frame, Point};
 
 use crate::free::{Free, free};
-use crate::register::{Class, PointResult, SurfaceRegistration};
+use crate::register::{Class, GrossError, PointResult, SurfaceRegistration};
 use crate::search::LEAST_HITS;
 use crate::solve::MOST_BEYOND;
 use crate::tail::{Tail, tail};
@@ -35,11 +35,9 @@ pub struct Limits {
     pub most_facing_away: f64,
     /// Share of the points beyond an open border, at most.
     pub most_beyond: f64,
-    /// Root mean square target registration error predicted at each target, mm, at most.
+    /// Root mean square target registration error predicted at each target, mm, at most; and, where points were left out as gross errors, the
+    /// most that one more of them would put a target off ([`SurfaceRegistration::gross_error`]).
     pub most_tre_mm: f64,
-    /// How far a gross error of one point that would not be noticed may put a target off, mm, at most, where others were left out as gross errors
-    /// ([`SurfaceRegistration::unnoticed_mm`]).
-    pub most_unnoticed_mm: f64,
     /// Fits of the search that led to the result, at least: what was found once only stands for places that were not found at all.
     pub least_hits: usize,
     /// Mean square of the landmarks' misses over what their errors say, at most.
@@ -64,7 +62,6 @@ impl Default for Limits {
             most_facing_away: 0.15,
             most_beyond: MOST_BEYOND,
             most_tre_mm: 2.0,
-            most_unnoticed_mm: 4.0,
             least_hits: LEAST_HITS,
             most_landmark_ratio: 5.0,
             most_tail: 10.0,
@@ -141,14 +138,11 @@ pub enum Refusal {
         /// At most allowed, mm.
         most_mm: f64,
     },
-    /// There are gross errors among the points, and one more that would not be noticed puts a target too far off: too few points, or one that
-    /// alone holds a motion.
-    Unnoticed {
-        /// The point, by its place in the list.
-        point: usize,
-        /// How far it puts the target off, mm.
-        found_mm: f64,
-        /// At most allowed, mm.
+    /// There are gross errors among the points, and one more puts a target too far off: too few points, or one that alone holds a motion.
+    GrossError {
+        /// The point, its error and what it does.
+        found: GrossError,
+        /// At most allowed at a target, mm.
         most_mm: f64,
         /// How many points were left out.
         left_out: usize,
@@ -273,7 +267,7 @@ impl Limits {
         }
         self.priors(found, &mut refusals);
         self.errors(found, targets, &mut refusals);
-        refusals.extend(self.unnoticed(found, targets));
+        refusals.extend(self.gross_error(found, targets));
         refusals
     }
 
@@ -290,22 +284,21 @@ impl Limits {
         }
     }
 
-    /// What gross errors that are not seen may do, where there are such that are.
-    fn unnoticed<To: Frame, From: Frame>(
+    /// What one more gross error may do, where there are such.
+    fn gross_error<To: Frame, From: Frame>(
         &self,
         found: &SurfaceRegistration<To, From>,
         targets: &[Point<To>],
     ) -> Option<Refusal> {
+        // why: without a sign of a gross error the predicted error holds, and 20 clean points would be refused for what is not among them.
         let is_out = |point: &&PointResult| !matches!(point.class, Class::Kept | Class::Beyond);
-        // why: without any sign of a gross error the predicted error holds, and 20 points of a clean pointer would be refused for what is not there.
         let left_out = found.points.iter().filter(is_out).count();
-        let each = targets.iter().map(|target| found.unnoticed_mm(*target));
-        let (found_mm, point) = each.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let is_held = left_out == 0 || found_mm <= self.most_unnoticed_mm;
-        (!is_held).then_some(Refusal::Unnoticed {
-            point,
-            found_mm,
-            most_mm: self.most_unnoticed_mm,
+        let each = targets.iter().filter_map(|target| found.gross_error(*target));
+        let worst = each.max_by(|a, b| a.target_mm.total_cmp(&b.target_mm))?;
+        let is_held = left_out == 0 || worst.target_mm <= self.most_tre_mm;
+        (!is_held).then_some(Refusal::GrossError {
+            found: worst,
+            most_mm: self.most_tre_mm,
             left_out,
         })
     }
@@ -399,15 +392,16 @@ impl fmt::Display for Refusal {
                 "the error predicted at target {} is {found_mm:.2} mm, at most {most_mm:.2} is accepted",
                 target + 1
             ),
-            Self::Unnoticed {
-                point,
-                found_mm,
+            Self::GrossError {
+                found,
                 most_mm,
                 left_out,
             } => write!(
                 f,
-                "{left_out} points were left out, and an error of point {} as gross as would not be noticed puts a target {found_mm:.1} mm off, at most {most_mm:.1} is accepted: take more points about it",
-                point + 1
+                "{left_out} points were left out as gross errors, and one more, of {:.1} mm of point {}, would put a target {:.1} mm off, at most {most_mm:.2} is accepted: take more points about it",
+                found.error_mm,
+                found.point + 1,
+                found.target_mm
             ),
             Self::Free(free) => write!(f, "not held: {free}"),
             Self::Hits { found, least, fits } => write!(

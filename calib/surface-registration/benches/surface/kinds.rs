@@ -128,7 +128,7 @@ fn gate(refusal: &Refusal) -> &'static str {
         Refusal::FacingAway { .. } => "facing away",
         Refusal::Beyond { .. } => "beyond",
         Refusal::Tre { .. } | Refusal::Free(_) => "TRE",
-        Refusal::Unnoticed { .. } => "unnoticed",
+        Refusal::GrossError { .. } => "gross error",
         Refusal::Hits { .. } => "fits",
         Refusal::Landmarks { .. } => "landmarks",
         Refusal::Tail(_) => "tail",

@@ -1,17 +1,18 @@
 //! A registration with all that is known of its error.
 
 use geometry::{Frame, Point, Rigid, Uncertain, UncertainPoint};
-use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 
 use super::{RegisterError, transform};
-use crate::points::{Cloud, Points, SharedError};
+use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
-use super::margin::margin;
+use super::margin::Costs;
 use super::moved::{Halves, OrderCheck, halves};
 use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
-use super::rows::{Row, Rows};
+use super::rows::Rows;
+use super::sensitivity::{GrossError, Sensitivity, sensitivity};
 
 /// Another minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,8 +82,10 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
-    /// What the largest gross error of each point that would not be noticed moves the pose by, about the middle of the points.
-    pub(crate) unnoticed: Vec<(usize, Vector6<f64>)>,
+    /// What each point costs.
+    costs: Costs,
+    /// What a gross error of each point that has a say does at most.
+    sensitivity: Vec<Sensitivity>,
     /// As `covariance`, but for the turn about the middle of the points and its shift, where the two hardly correlate.
     about_points: Matrix8,
 }
@@ -128,6 +131,7 @@ pub(super) fn result<To: Frame, From: Frame>(
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let uncertain = Uncertain::from_covariance_about(centre, pose, about).map_err(|_| nowhere())?;
+    let costs = Costs::of(solver, cloud, &best.ended, exact);
     let (mut others, mut hits) = (Vec::new(), best.hits);
     let inverse = about.cholesky().map(|c| c.inverse());
     let total: f64 = cloud.votes.iter().sum();
@@ -146,7 +150,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         }
         others.push(Other {
             transform: transform(&other.ended.state, points)?,
-            margin: margin(solver, cloud, [&best.ended, &other.ended], exact),
+            margin: costs.margin(&Costs::of(solver, cloud, &other.ended, exact)),
             apart_mm: apart_mm(&other.ended.state, &state, cloud.radius_mm),
             hits: other.hits,
         });
@@ -179,7 +183,8 @@ pub(super) fn result<To: Frame, From: Frame>(
         order,
         centre: state.shift,
         radius_mm: cloud.radius_mm,
-        unnoticed: unnoticed(&rows, cloud, &held),
+        costs,
+        sensitivity: sensitivity(&rows, &problem, &held, solver.end),
         about_points: covariance,
     })
 }
@@ -228,21 +233,6 @@ fn answer<From: Frame>(rows: &Rows, points: &Points<From>, state: &State, held: 
     held * pull
 }
 
-/// A point whose residual is larger is seen to be a gross error, deviations: from there on the kernel leaves it little of a say.
-const NOTICED: f64 = 3.0;
-
-/// What a gross error of each point moves the pose by where its residual stays within [`NOTICED`] (Baarda's external reliability): a fit follows
-/// an error by the point's leverage `h`, so that one of `NOTICED / (1 - h)` deviations leaves no more.
-fn unnoticed(rows: &Rows, cloud: &Cloud, held: &Matrix8) -> Vec<(usize, Vector6<f64>)> {
-    let one = |row: &Row| {
-        // What shares a place or an image counts as one, and errs together: it is asked for with a whole vote.
-        let answer = held * row.slope * (row.weight / cloud.votes[row.point]);
-        let left = (1.0 - row.slope.dot(&answer)).max(1e-6);
-        (row.point, answer.fixed_rows::<6>(0) * (NOTICED / left))
-    };
-    rows.rows.iter().map(one).collect()
-}
-
 /// From (w, v about the centre, ...) to (w, v about the origin, ...): v = v_c - w x c.
 fn about_origin(covariance: &Matrix8, centre: &Vector3<f64>) -> Matrix8 {
     let carry = carry(centre);
@@ -277,18 +267,17 @@ impl<To: Frame, From: Frame> SurfaceRegistration<To, From> {
         c.trace().sqrt()
     }
 
-    /// How far a gross error of one point that would not be noticed puts a target off at most, mm, and which point that is.
-    pub fn unnoticed_mm(&self, target: Point<To>) -> (f64, usize) {
+    /// The gross error of one point that puts a target furthest off; `None` where none has a say.
+    pub fn gross_error(&self, target: Point<To>) -> Option<GrossError> {
         let arm = Vector3::from(target.mm()) - self.centre;
-        let way = |(point, motion): &(usize, Vector6<f64>)| {
-            let (w, v) = (motion.fixed_rows::<3>(0), motion.fixed_rows::<3>(3));
-            ((w.into_owned().cross(&arm) + v).norm(), *point)
-        };
-        self.unnoticed
-            .iter()
-            .map(way)
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .unwrap_or((0.0, 0))
+        let each = self.sensitivity.iter().map(|own| own.at(&arm));
+        each.max_by(|a, b| a.target_mm.total_cmp(&b.target_mm))
+    }
+
+    /// What another registration of the same points, or of their mirror images in the same order, costs more, squares of deviations: by the
+    /// points that lie beside the surface in both alone, unless more than half of all are beyond an open border there.
+    pub fn margin_over(&self, other: &Self) -> f64 {
+        self.costs.margin(&other.costs)
     }
 
     pub(crate) fn covariance_about_points(&self) -> Matrix8 {
