@@ -36,7 +36,7 @@ pub struct Limits {
     /// Share of the points beyond an open border, at most.
     pub most_beyond: f64,
     /// Root mean square target registration error predicted at each target, mm, at most; and, where points were left out as gross errors, the
-    /// most that one more of them would put a target off ([`SurfaceRegistration::gross_error`]).
+    /// most that one more of them would put a target off to first order ([`SurfaceRegistration::gross_error`]).
     pub most_tre_mm: f64,
     /// Fits of the search that led to the result, at least: what was found once only stands for places that were not found at all.
     pub least_hits: usize,

@@ -8,7 +8,7 @@ use nalgebra::{Vector3, Vector6};
 use super::rows::{Row, Rows};
 use crate::solve::{Exact, Matrix8, Problem};
 
-/// What a gross error of one point does: the kernel lets no larger one do more.
+/// What a gross error of one point does, to first order: the kernel lets no larger one do more.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GrossError {
     /// The point, by its place in the list.
@@ -40,7 +40,8 @@ impl Sensitivity {
     }
 }
 
-/// What a gross error of each point does at most (gross-error sensitivity, Hampel et al. 1986).
+/// What a gross error of each point does at most, to first order (gross-error sensitivity, Hampel et al. 1986). With few points it does up to three
+/// times as much, as others lose their say with it.
 ///
 /// With `H` the normal equations without it and `a` its derivative, a point whose residual is `s` deviations moves the unknowns by
 /// `H^-1 a psi(s)`; Tukey's `psi` is greatest, `0.2862 c`, at `c / sqrt 5`. Of all equations `H^-1 a` is `(H + a a')^-1 a / (1 - h)`, `h` the leverage.
