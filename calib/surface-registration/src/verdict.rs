@@ -398,7 +398,7 @@ impl fmt::Display for Refusal {
                 left_out,
             } => write!(
                 f,
-                "{left_out} points were left out as gross errors, and one more, of {:.1} mm of point {}, would put a target {:.1} mm off, at most {most_mm:.2} is accepted: take more points about it",
+                "{left_out} points were left out as gross errors, and one more, of {:.1} mm at the place of point {}, would put a target {:.1} mm off, at most {most_mm:.2} is accepted: take more points about it",
                 found.error_mm,
                 found.point + 1,
                 found.target_mm

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use super::{RegisterError, transform};
 use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
-use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
+use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, Vector8, apart_mm, motion};
 
 use super::margin::Costs;
 use super::moved::{Halves, OrderCheck, halves};
@@ -84,7 +84,7 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub(crate) radius_mm: f64,
     /// What each point costs.
     costs: Costs,
-    /// What a gross error of each point that has a say does at most.
+    /// What a gross error at the place of each point that has a say does at most.
     sensitivity: Vec<Sensitivity>,
     /// As `covariance`, but for the turn about the middle of the points and its shift, where the two hardly correlate.
     about_points: Matrix8,
@@ -120,7 +120,8 @@ pub(super) fn result<To: Frame, From: Frame>(
     let free = free(solver);
     let rows = Rows::new(&problem, &state);
     let own = free * rows.matrix() * free;
-    let held = free * held(&(own + at.known()), cloud.radius_mm) * free;
+    let matrix = own + at.known();
+    let held = free * held(&matrix, cloud.radius_mm) * free;
     let fitted = (own * held).trace().clamp(0.0, UNKNOWNS as f64);
     let kept = kept(&each, &cloud.votes, fitted);
     let inflation = inflation(solver, &each, &cloud.votes, fitted);
@@ -184,7 +185,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         costs,
-        sensitivity: sensitivity(&rows, &problem, &held, solver.end),
+        sensitivity: sensitivity(&rows, &problem, &(free * matrix * free), solver.end),
         about_points: covariance,
     })
 }
@@ -204,6 +205,17 @@ fn held(matrix: &Matrix8, radius_mm: f64) -> Matrix8 {
     let least = FREE_MM.powi(-2);
     let inverse = eigen.eigenvalues.map(|value| 1.0 / value.max(least));
     unit * (eigen.eigenvectors * Matrix8::from_diagonal(&inverse) * eigen.eigenvectors.transpose()) * unit
+}
+
+/// What normal equations answer to `pull`; what nothing holds moves freely, with the deviation [`FREE_MM`].
+pub(super) fn solved(matrix: &Matrix8, pull: &Vector8, radius_mm: f64) -> Vector8 {
+    let unit = units(radius_mm);
+    let floored = unit * matrix * unit + Matrix8::identity() * FREE_MM.powi(-2);
+    match floored.cholesky() {
+        Some(factor) => unit * factor.solve(&(unit * pull)),
+        // Rounding alone makes it indefinite.
+        None => held(matrix, radius_mm) * pull,
+    }
 }
 
 /// 1 for what is unknown, 0 for what is held.
@@ -267,7 +279,7 @@ impl<To: Frame, From: Frame> SurfaceRegistration<To, From> {
         c.trace().sqrt()
     }
 
-    /// The gross error of one point that puts a target furthest off; `None` where none has a say.
+    /// The gross error of one place that puts a target furthest off; `None` where none has a say.
     pub fn gross_error(&self, target: Point<To>) -> Option<GrossError> {
         let arm = Vector3::from(target.mm()) - self.centre;
         let each = self.sensitivity.iter().map(|own| own.at(&arm));
