@@ -185,7 +185,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         costs,
-        sensitivity: sensitivity(&rows, &problem, &(free * matrix * free), solver.end),
+        sensitivity: sensitivity(&rows, &problem, [&matrix, &free], solver.end),
         about_points: covariance,
     })
 }

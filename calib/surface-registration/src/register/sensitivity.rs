@@ -45,19 +45,20 @@ impl Sensitivity {
 
 /// What a gross error of each place does at most, to first order (gross-error sensitivity, Hampel et al. 1986). With few points it does up to
 /// three times as much, as others lose their say with it. `matrix` are the normal equations of all points and of what was known before, turns
-/// about the middle of the points, of root mean square distance `radius_mm` from it; `end` is the kernel's, deviations.
+/// about the middle of the points; `free` is 1 for what is unknown and 0 for what is held; `end` is the kernel's, deviations.
 ///
 /// With `H` the normal equations without that place, `a` the derivative of a residual there and `v` its vote, residuals of `s` deviations move
 /// the unknowns by `H^-1 sum(v a) psi(s)`; Tukey's `psi` is greatest, `0.2862 c`, at `c / sqrt 5`.
 pub(super) fn sensitivity(
     rows: &Rows,
     problem: &Problem<'_, Exact<'_>>,
-    matrix: &Matrix8,
+    [matrix, free]: [&Matrix8; 2],
     end: f64,
 ) -> Vec<Sensitivity> {
     let (at, most) = (end / 5.0_f64.sqrt(), end / 5.0_f64.sqrt() * 0.64);
     let one = |(row, place): (&Row, Place)| {
-        let moved = solved(&(matrix - place.matrix), &place.pull, problem.cloud.radius_mm) * most;
+        let others = free * (matrix - place.matrix) * free;
+        let moved = solved(&others, &(free * place.pull), problem.cloud.radius_mm) * most;
         Sensitivity {
             point: row.point,
             // By so much it errs where that is what is left of it.

@@ -112,18 +112,11 @@ fn beams_of_a_right_pose_do_not_come_from_inside() {
 }
 
 /// How far the registration puts the first target off, mm, where all points of one place err along the surface's normal.
-fn put_off(scene: &Scene, drawn: &Drawn, held_mm: f64) -> (f64, GrossError) {
+fn put_off(scene: &Scene, drawn: &Drawn, held_mm: f64, options: &Options) -> (f64, GrossError) {
     let target = targets()[0];
     let refined = |points: &[SurfacePoint<Tracker>]| {
         let points = Points::new(points, None, held_mm).unwrap();
-        refine(
-            &scene.surface,
-            &scene.field,
-            &points,
-            &off(drawn, 0.1, 0.1, 5),
-            &options(),
-        )
-        .unwrap()
+        refine(&scene.surface, &scene.field, &points, &off(drawn, 0.1, 0.1, 5), options).unwrap()
     };
     let clean = refined(&drawn.points);
     let tracked = drawn.ct_from_tracker.inverse();
@@ -157,8 +150,18 @@ fn one_gross_error_moves_a_target_as_far_as_is_said() {
         has_beams: false,
         ..Sweep::default()
     };
-    for seed in 0..6 {
-        let (most, said) = put_off(&scene, &scene.source.draw(&sweep, seed), 0.5);
+    let mut pose_only = options();
+    (pose_only.priors.depth_scale, pose_only.priors.offset_mm) = (0.0, 0.0);
+    // What is held does not move: the offset and the depth scale of a pose alone took part in what a point does.
+    for (seed, options) in [
+        (0, options()),
+        (1, options()),
+        (2, options()),
+        (0, pose_only),
+        (1, pose_only),
+        (2, pose_only),
+    ] {
+        let (most, said) = put_off(&scene, &scene.source.draw(&sweep, seed), 0.5, &options);
         // With 8 unknowns of 20 points others lose their say as well, which first order does not know. Without its leverage a point would be
         // said to do a half to a fifth of this.
         let ratio = most / said.target_mm;
@@ -177,7 +180,7 @@ fn points_of_one_place_err_together() {
         ..Sweep::default()
     };
     for seed in 0..4 {
-        let (most, said) = put_off(&scene, &scene.source.draw(&sweep, seed), 8.0);
+        let (most, said) = put_off(&scene, &scene.source.draw(&sweep, seed), 8.0, &options());
         let ratio = most / said.target_mm;
         assert!((0.6..2.0).contains(&ratio), "{seed}: {most} mm, {said:?}");
     }
