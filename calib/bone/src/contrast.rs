@@ -14,6 +14,8 @@ const LEAST_VESSEL_MM: f64 = 2.5;
 const VESSEL_MM: [f64; 2] = [6.0, 0.8];
 /// HU of contrast medium as shares of the most, mean and deviation.
 const SHARES: [f64; 2] = [0.65, 0.35];
+/// What is behind it is as bright where it differs by less than this share.
+const SAME: f64 = 0.15;
 /// HU behind it: more contrast medium, tissue or bone.
 const BEHIND_HU: [f64; 2] = [200.0, 300.0];
 
@@ -22,6 +24,8 @@ const BEHIND_HU: [f64; 2] = [200.0, 300.0];
 pub struct Contrast {
     /// HU of that layer.
     pub hu: f64,
+    /// Its thickness, mm; infinite where what is behind it is as bright, to 15 %.
+    pub mm: f64,
     /// By how much cortex explains the voxels better: difference of the logarithms of the likelihoods, with as many voxels less as go together.
     pub by_voxels: f64,
     /// The same, with what is known of cortex and of vessels beforehand.
@@ -32,6 +36,7 @@ impl Contrast {
     /// Of a CT without contrast medium.
     const NONE: Self = Self {
         hu: 0.0,
+        mm: 0.0,
         by_voxels: f64::INFINITY,
         by_all: f64::INFINITY,
     };
@@ -57,6 +62,7 @@ pub(crate) fn contrast(patch: &Patch, priors: &Priors, noise: &Noise, bone: &Fit
         // Nothing is told of either.
         return Contrast {
             hu: most_hu,
+            mm: 0.0,
             by_voxels: 0.0,
             by_all: 0.0,
         };
@@ -66,9 +72,11 @@ pub(crate) fn contrast(patch: &Patch, priors: &Priors, noise: &Noise, bone: &Fit
     let together: f64 = noise.neighbours.iter().map(|c| 1.0 + 2.0 * c.max(0.0)).product();
     let squares = squares(patch, &other.at) - squares(patch, &bone.at);
     let by_voxels = 0.5 * squares / (noise.hu * noise.hu * worse * together);
+    let is_filled = (other.at[3] - other.at[2]).abs() < SAME * other.at[2];
     let known = 0.5 * (vessel.squares(&other.at) - priors.squares(&bone.at));
     Contrast {
         hu: other.at[2],
+        mm: if is_filled { f64::INFINITY } else { other.at[1].exp() },
         by_voxels,
         by_all: by_voxels + known,
     }

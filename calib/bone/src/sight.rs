@@ -17,6 +17,8 @@ const SEEN: f64 = 0.5;
 /// There is none where contrast medium explains them better, on a piece of at least so many mm^2.
 const BARE: f64 = 0.0;
 const LEAST_MM2: f64 = 100.0;
+/// And where that is thicker than any cortex is so weak, mm.
+const LEAST_MM: f64 = 5.0;
 
 /// What is seen of cortex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,19 +78,19 @@ pub(crate) fn sights(
                     .collect(),
             )
         };
-        Some([of(|c| c.by_voxels), of(|c| c.by_all)])
+        Some([of(|c| c.by_voxels), of(|c| c.by_all), of(|c| c.mm)])
     };
     let mut of: Vec<Sight> = (0..states.len()).map(|i| by(middle(i))).collect();
     let bare = told(&mut of, states, triangles);
     (of, bare)
 }
 
-/// By the middle gain by the voxels, and by all that is known.
-fn by(gain: Option<[f64; 2]>) -> Sight {
+/// By the middle gain by the voxels, by all that is known, and thickness of the contrast medium, mm.
+fn by(gain: Option<[f64; 3]>) -> Sight {
     match gain {
-        Some([_, all]) if all >= SEEN => Sight::Cortex,
-        // That what is known of cortex is against it is not enough: bone of a weak cortex would go.
-        Some([voxels, all]) if voxels < BARE && all < BARE => Sight::Bare,
+        Some([_, all, _]) if all >= SEEN => Sight::Cortex,
+        // That what is known of cortex is against it is not enough, nor that a thin layer fits: bone of a weak cortex would go.
+        Some([voxels, all, mm]) if voxels < BARE && all < BARE && mm > LEAST_MM => Sight::Bare,
         Some(_) => Sight::Unseen,
         None => Sight::Cortex,
     }

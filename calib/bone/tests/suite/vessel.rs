@@ -43,11 +43,8 @@ const LEAST_BONE: f64 = 0.85;
 
 #[test]
 fn a_vessel_that_touches_bone_is_left_out_and_told() {
-    for (cortex, voxels, hu) in [
-        (1.0, (3.0, 1.3), 350.0),
-        (0.5, (1.5, 0.8), 250.0),
-        (3.0, (3.0, 1.3), 400.0),
-    ] {
+    let voxels = (3.0, 1.3);
+    for (cortex, hu) in [(1.0, 350.0), (3.0, 400.0)] {
         let (scene, vessel, ct) = beside(cortex, voxels, hu);
         let mut options = Options::of(ROD);
         let bone = extract(&ct, &options).unwrap();
