@@ -194,6 +194,18 @@ fn the_brightest_voxel_that_is_named_is_of_the_region() {
         matches!(refused, Refused::NoBone { brightest, .. } if (100..400).contains(&brightest)),
         "{refused}"
     );
+    // All bone is cut away.
+    let cuts = [Cut {
+        place_mm: [-25.0, 0.0, 0.0],
+        normal: [1.0, 0.0, 0.0],
+    }];
+    let mut cut = Options::of(Region::Only);
+    cut.cuts = &cuts;
+    let refused = extract(&ct, &cut).unwrap_err();
+    assert!(
+        matches!(refused, Refused::NoBone { brightest, .. } if brightest < 200),
+        "{refused}"
+    );
     // Between the voxels' centres.
     assert_eq!(box_of([[0.1; 3], [0.2; 3]]), Refused::Empty);
     // Brighter than metal counts as none.
