@@ -5,18 +5,12 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use crate::component::Component;
+use crate::contrast::Contrast;
 use crate::islands::without_islands;
 use crate::patch::Lost;
 use crate::scanner::Scanner;
 use crate::shell::Shell;
-
-/// Less than this beyond what is inside is no cortex, HU mm.
-pub(crate) const LEAST_CORTEX: f64 = 150.0;
-/// Nor is less than so many times what a step from tissue to inside has over the blur's width: fitted to a mere step, a thin layer takes
-/// up what is wrong with the blur.
-const LEAST_OF_STEP: f64 = 0.8;
-/// What has so many HU behind its surface is cortex throughout.
-const SOLID_HU: f64 = 600.0;
+use crate::sight::{Bare, Judged, Sight};
 
 /// A place of the bone's surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +35,10 @@ pub struct Place {
     pub inside_hu: f64,
     /// HU before it.
     pub tissue_hu: f64,
+    /// What contrast medium would explain instead of cortex.
+    pub contrast: Contrast,
+    /// What the places around it, and it, say of cortex.
+    pub sight: Sight,
 }
 
 impl Place {
@@ -101,19 +99,23 @@ impl ScannerFound {
 pub struct Bone {
     /// Its places.
     pub places: Vec<Place>,
-    /// Triangles, anticlockwise seen from outside.
+    /// Triangles, anticlockwise seen from outside, where cortex is seen: the surface to register with.
     pub triangles: Vec<[u32; 3]>,
+    /// Those where it is not and yet may be: bone to be looked at, not to register with. Empty where a surface without cortex was asked for.
+    pub unseen: Vec<[u32; 3]>,
+    /// What was left out as it has no cortex, the largest first.
+    pub bare: Vec<Bare>,
     /// The scanner.
     pub scanner: ScannerFound,
     /// Corners of the threshold's outer surface.
     pub threshold_corners: usize,
     /// How many of them have no position, by the reason.
     pub lost: BTreeMap<Lost, usize>,
-    /// Area of the threshold's outer surface, and of what is left of it, mm^2.
-    pub area_mm2: [f64; 2],
+    /// Area of the threshold's outer surface, of what is left of it with cortex, and of what is left without, mm^2.
+    pub area_mm2: [f64; 3],
     /// Triangles of cavities, left out.
     pub inner_triangles: usize,
-    /// Share of the places that have no cortex.
+    /// Share of the fitted places without cortex that is seen, those that were left out with it.
     pub without_cortex: f64,
     /// The body above the threshold.
     pub body: Component,
@@ -124,25 +126,32 @@ pub struct Bone {
 }
 
 impl Bone {
+    /// The places that a registration hears: those with cortex, or all where nothing is marked.
+    pub fn heard(&self) -> impl Iterator<Item = &Place> {
+        let is_all = self.unseen.is_empty();
+        self.places.iter().filter(move |p| is_all || p.sight == Sight::Cortex)
+    }
+
     /// Root mean square deviation of a place by itself, mm.
     pub fn deviation_rms_mm(&self) -> f64 {
-        rms(self.places.iter().map(|p| p.deviation_mm))
+        rms(self.heard().map(|p| p.deviation_mm))
     }
 
     /// Root mean square deviation by what all places share, mm.
     pub fn shared_rms_mm(&self) -> f64 {
-        rms(self.places.iter().map(|p| p.shared_mm))
+        rms(self.heard().map(|p| p.shared_mm))
     }
 
     /// Quantile of the places' whole deviation, mm.
     pub fn quantile_mm(&self, share: f64) -> f64 {
-        fit::quantile(self.places.iter().map(Place::total_mm).collect(), share)
+        fit::quantile(self.heard().map(Place::total_mm).collect(), share)
     }
 
     pub(crate) fn gather(
         shell: &Shell,
         states: &[State],
         scanner: ScannerFound,
+        judged: Judged,
         (body, listed, metal_voxels): (Component, Vec<Component>, u64),
     ) -> Self {
         let mut lost: BTreeMap<Lost, usize> = BTreeMap::new();
@@ -174,28 +183,27 @@ impl Bone {
                 places.push(*p);
             }
         }
-        let triangles: Vec<[u32; 3]> = kept.iter().map(|t| t.map(|i| new_of[i as usize])).collect();
+        let triangles = kept.iter().map(|t| t.map(|i| new_of[i as usize]));
+        let is_seen = |t: &[u32; 3]| judged.is_heard || t.iter().all(|i| places[*i as usize].sight == Sight::Cortex);
+        let (triangles, unseen): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(is_seen);
         let before = shell
             .triangles
             .iter()
             .map(|t| area(t.map(|i| shell.corners[i as usize])))
             .sum();
-        let after = triangles.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
-        let blur = scanner.blur_mm[0].min(scanner.blur_mm[1]);
-        let bare = |p: &&Place| {
-            let least = LEAST_CORTEX.max(LEAST_OF_STEP * blur * (p.inside_hu - p.tissue_hu));
-            p.inside_hu < SOLID_HU && (p.cortex_hu - p.inside_hu) * p.thickness_mm < least
-        };
-        let without_cortex = places.iter().filter(bare).count() as f64 / (places.len() as f64).max(1.0);
+        let whole = |t: &[[u32; 3]]| t.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
+        let (seen_mm2, unseen_mm2) = (whole(&triangles), whole(&unseen));
         Self {
             places,
             triangles,
+            unseen,
+            bare: judged.bare,
             scanner,
             threshold_corners: states.len(),
             lost,
-            area_mm2: [before, after],
+            area_mm2: [before, seen_mm2, unseen_mm2],
             inner_triangles: shell.inner,
-            without_cortex,
+            without_cortex: judged.without_cortex,
             body,
             listed,
             metal_voxels,

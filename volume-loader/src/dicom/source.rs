@@ -152,6 +152,7 @@ impl DicomSource {
             path: path.clone(),
             number,
             source,
+            two: None,
         };
         if series.is_localizer() {
             return Err(refused(GeometryError::Localizer));
@@ -165,7 +166,15 @@ impl DicomSource {
         let placed: Vec<Placed> = each(&series.headers, |header| {
             header.placed.map_err(|tag| FileError::Missing { tag })
         })?;
-        let stack = Stack::of(&placed).map_err(refused)?;
+        let stack = Stack::of(&placed).map_err(|source| match source {
+            GeometryError::Duplicates { .. } => DicomError::Geometry {
+                path: path.clone(),
+                number,
+                source,
+                two: at_one_place(&series.headers, &placed),
+            },
+            _ => refused(source),
+        })?;
         let laid = Laid::of(&stack, &slices, options).map_err(|error| match error {
             LayError::Geometry(source) => refused(source),
             LayError::Grid(source) => DicomError::Grid {
@@ -236,6 +245,25 @@ fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> 
         })
     };
     headers.iter().map(named).collect()
+}
+
+/// The files of the two slices that are nearest to one another in the order of their places: a file that was copied, or another point in time.
+fn at_one_place(headers: &[Header], placed: &[Placed]) -> Option<Box<[std::path::PathBuf; 2]>> {
+    let mut slices: Vec<(&Header, &Placed)> = headers.iter().zip(placed).collect();
+    let order = |a: &Placed, b: &Placed| {
+        let along = a.position.iter().zip(&b.position).map(|(a, b)| a.total_cmp(b));
+        along.reduce(std::cmp::Ordering::then)
+    };
+    slices.sort_by(|a, b| {
+        let by_place = order(a.1, b.1).unwrap_or(std::cmp::Ordering::Equal);
+        by_place.then_with(|| a.0.path.cmp(&b.0.path))
+    });
+    let apart = |pair: &[(&Header, &Placed)]| -> f64 {
+        let axes = pair[0].1.position.iter().zip(&pair[1].1.position);
+        axes.map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    let nearest = slices.windows(2).min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    Some(Box::new([nearest[0].0.path.clone(), nearest[1].0.path.clone()]))
 }
 
 enum LayError {
