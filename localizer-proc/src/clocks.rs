@@ -381,4 +381,39 @@ mod tests {
             "{set:?}"
         );
     }
+
+    /// A queue of the peer that grew by 3 s was a clock that was set back, and its poses had an age of 0.
+    #[test]
+    fn frames_that_may_have_waited_are_that_old_over_another_connection_too_unless_they_were_asked_for() {
+        let queued_ns = 3_000_000_000;
+        let after_queue = |mut clock: DeviceClock| {
+            for i in 0..600 {
+                let t_ns = i * STEP_NS;
+                let late_ns = if i < 300 { 0 } else { queued_ns };
+                let _ = clock.capture(&frame(EPOCH_NS + t_ns, t_ns + late_ns));
+            }
+            clock
+        };
+        let new = || DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
+        let mut clock = after_queue(new());
+        let within = |ns: i64| (ns - queued_ns).abs() < 1_000_000;
+        assert!(within(clock.waited_ns()), "{}", clock.waited_ns());
+        let words = clock.waited_words();
+        assert!(
+            bus::message::may_be_older_ms(&words).is_some_and(|ms| ms.abs_diff(3000) <= 1),
+            "{words}"
+        );
+        // The most that a note holds.
+        assert!(words.len() <= 96, "{words}");
+        let t_ns = 600 * STEP_NS + queued_ns;
+        let (captured, _) = clock.capture(&frame(EPOCH_NS + 600 * STEP_NS, t_ns));
+        assert!(
+            within(t_ns - captured.at_ns) && captured.uncertain_ns >= captured.waited_ns,
+            "{captured:?}"
+        );
+        clock.reconnected();
+        let (anew, _) = clock.capture(&frame(EPOCH_NS + 601 * STEP_NS, t_ns + STEP_NS));
+        assert!(within(anew.waited_ns) && within(clock.waited_ns()), "{anew:?}");
+        assert_eq!(after_queue(new().polled()).waited_ns(), 0);
+    }
 }
