@@ -1,6 +1,6 @@
 //! What was taken from a CT.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
@@ -185,7 +185,10 @@ impl Bone {
         }
         let triangles = kept.iter().map(|t| t.map(|i| new_of[i as usize]));
         let is_seen = |t: &[u32; 3]| judged.is_heard || t.iter().all(|i| places[*i as usize].sight == Sight::Cortex);
-        let (triangles, unseen): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(is_seen);
+        let (triangles, mut unseen): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(is_seen);
+        // why: what is not seen leaves scraps between, which tell nothing of a pose, nor which side of them is the bone's.
+        let (triangles, scraps) = hanging(triangles, |t| area(t.map(|i| places[i as usize].mm)));
+        unseen.extend(scraps);
         let before = shell
             .triangles
             .iter()
@@ -209,6 +212,14 @@ impl Bone {
             metal_voxels,
         }
     }
+}
+
+/// The triangles that hang together as a surface, and the others.
+fn hanging(triangles: Vec<[u32; 3]>, area: impl Fn(&[u32; 3]) -> f64) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
+    let (kept, _) = without_islands(balanced(triangles.clone()), area);
+    let stays: BTreeSet<[u32; 3]> = kept.iter().copied().collect();
+    let others = triangles.into_iter().filter(|t| !stays.contains(t)).collect();
+    (kept, others)
 }
 
 /// Whether a triangle's corners all have a position, and it was not turned over by their moves.
@@ -248,4 +259,20 @@ fn balanced(mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0_u32), |(s, n), v| (s + v * v, n + 1));
     (sum / f64::from(count.max(1))).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hanging;
+
+    /// Three triangles that were left between marked ones stood inside out, and the whole surface was refused for them.
+    #[test]
+    fn scraps_between_marked_triangles_are_no_surface() {
+        let strip = |first: u32, count: u32| (0..count).map(move |i| [first + i, first + i + 1, first + i + 2]);
+        // Each second one is turned, as the strip's neighbours are.
+        let turned = |(i, t): (usize, [u32; 3])| if i % 2 == 0 { t } else { [t[1], t[0], t[2]] };
+        let of = |first, count| strip(first, count).enumerate().map(turned);
+        let (kept, scraps) = hanging(of(0, 200).chain(of(300, 3)).collect(), |_| 1.0);
+        assert_eq!((kept.len(), scraps), (200, of(300, 3).collect()));
+    }
 }
