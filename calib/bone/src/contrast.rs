@@ -67,11 +67,13 @@ pub(crate) fn contrast(patch: &Patch, priors: &Priors, noise: &Noise, bone: &Fit
             by_all: 0.0,
         };
     };
+    // The noise that was measured is not all: what the model leaves counts too.
     let worse = (bone.residual_hu2 / (noise.hu * noise.hu)).max(1.0);
     // Correlated noise tells less: as many voxels less as go together.
     let together: f64 = noise.neighbours.iter().map(|c| 1.0 + 2.0 * c.max(0.0)).product();
     let squares = squares(patch, &other.at) - squares(patch, &bone.at);
     let by_voxels = 0.5 * squares / (noise.hu * noise.hu * worse * together);
+    // A filled organ has no far wall: its layer is as thick as can be.
     let is_filled = (other.at[3] - other.at[2]).abs() < SAME * other.at[2];
     let known = 0.5 * (vessel.squares(&other.at) - priors.squares(&bone.at));
     Contrast {

@@ -11,12 +11,13 @@ use crate::fill::fill;
 use crate::model::Unknowns;
 use crate::optics::Optics;
 use crate::patch::{Lost, Patch, Window, patch};
+use crate::place::{Place, Sight, State};
 use crate::quadric::{Adjacent, Quadric, normals, quadric};
 use crate::region::{Chosen, Cut, IsLabelled, Levels, Region, choose};
-use crate::result::{Bone, Place, ScannerFound, State};
+use crate::result::{Bone, ScannerFound};
 use crate::scanner::{Scanner, by_shared, measure};
 use crate::shell::{Edge, Shell, shell};
-use crate::sight::{Bare, Judged, Sight, sights};
+use crate::sight::{Bare, Judged, sights};
 use crate::solve::{covariance, fit};
 use crate::voxels::{Crop, Voxels};
 

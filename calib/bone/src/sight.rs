@@ -9,8 +9,8 @@ use nalgebra::Vector3;
 
 use crate::contrast::Contrast;
 use crate::islands::pieces;
+use crate::place::{Place, Sight, State};
 use crate::quadric::Adjacent;
-use crate::result::{Place, State};
 
 /// Cortex is seen where it explains the voxels better by so much.
 const SEEN: f64 = 0.5;
@@ -19,17 +19,6 @@ const BARE: f64 = 0.0;
 const LEAST_MM2: f64 = 100.0;
 /// And where that is thicker than any cortex is so weak, mm.
 const LEAST_MM: f64 = 5.0;
-
-/// What is seen of cortex.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sight {
-    /// Cortex.
-    Cortex,
-    /// Neither cortex nor that there is none.
-    Unseen,
-    /// No cortex: contrast medium explains what is there.
-    Bare,
-}
 
 /// A piece of the surface that has no cortex.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +57,7 @@ pub(crate) fn sights(
     let mut found = Vec::new();
     let mut middle = |i: usize| {
         place(i as u32)?;
+        // Neighbours share voxels: within two of them nothing more is known, and beyond lies another place.
         adjacent.around(&corners, i, reach_mm, &mut found);
         let of = |gain: fn(&Contrast) -> f64| {
             ::fit::median(
@@ -92,6 +82,7 @@ fn by(gain: Option<[f64; 3]>) -> Sight {
         // That what is known of cortex is against it is not enough, nor that a thin layer fits: bone of a weak cortex would go.
         Some([voxels, all, mm]) if voxels < BARE && all < BARE && mm > LEAST_MM => Sight::Bare,
         Some(_) => Sight::Unseen,
+        // It is lost for another reason, which is told.
         None => Sight::Cortex,
     }
 }
@@ -106,6 +97,7 @@ fn told(of: &mut [Sight], states: &[State], triangles: &[[u32; 3]]) -> Vec<Bare>
     for (triangle, piece) in bare.iter().zip(pieces(&bare)) {
         by_piece.entry(piece).or_default().push(*triangle);
     }
+    // Small pieces are what noise leaves of a thin cortex.
     let (mut large, mut told) = (vec![false; of.len()], Vec::new());
     for piece in by_piece.values() {
         let corners: BTreeSet<u32> = piece.iter().flatten().copied().filter(is_bare).collect();

@@ -136,6 +136,7 @@ fn handed(
         .noise
         .iter()
         .map(|g| g.iter().map(|c| c.map(|c| flip * c * flip)).collect());
+    // Lines and planes of an image are not those of the touches, nor are their noises' axes.
     let image = Touched::new(places.collect(), noise.collect(), labels, options.limit_mm());
     let Ok(found) = accepted(&image, labels, drawing, options) else {
         return Ok(());

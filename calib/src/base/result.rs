@@ -152,6 +152,7 @@ impl<'a> Solved<'a> {
             alone += part * part.transpose();
         }
         // The noise given holds the shared part as if each touch had drawn its own: that goes out again.
+        // Residuals show what touches do not share: that alone may be more than was given.
         let own = (self.matrix - alone) * self.found.noise_ratio.max(1.0).powi(2);
         let middle = own + sum * sum.transpose();
         let whole = inverse * middle * inverse * self.sigma_mm.powi(2);

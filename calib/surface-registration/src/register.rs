@@ -4,6 +4,7 @@ mod check;
 mod error;
 mod margin;
 mod moved;
+mod normal;
 mod parts;
 mod result;
 mod rows;

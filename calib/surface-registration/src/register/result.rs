@@ -6,11 +6,12 @@ use nalgebra::{Matrix3, Matrix6, SMatrix, Vector3};
 use super::{RegisterError, transform};
 use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
-use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, Vector8, apart_mm, motion};
+use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
 use super::margin::Costs;
 use super::moved::{Halves, OrderCheck, halves};
-use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
+use super::normal::held;
+use super::parts::{Class, PointResult, inflation, kept, one};
 use super::rows::Rows;
 use super::sensitivity::{GrossError, Sensitivity, sensitivity};
 
@@ -196,28 +197,6 @@ fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
     motion.dot(&(inverse * motion))
 }
 
-/// The inverse of normal equations; what nothing holds has the deviation [`FREE_MM`].
-///
-/// Turns are counted in mm at the points' radius, so that a direction of all eight unknowns has one unit.
-fn held(matrix: &Matrix8, radius_mm: f64) -> Matrix8 {
-    let unit = units(radius_mm);
-    let eigen = (unit * matrix * unit).symmetric_eigen();
-    let least = FREE_MM.powi(-2);
-    let inverse = eigen.eigenvalues.map(|value| 1.0 / value.max(least));
-    unit * (eigen.eigenvectors * Matrix8::from_diagonal(&inverse) * eigen.eigenvectors.transpose()) * unit
-}
-
-/// What normal equations answer to `pull`; what nothing holds moves freely, with the deviation [`FREE_MM`].
-pub(super) fn solved(matrix: &Matrix8, pull: &Vector8, radius_mm: f64) -> Vector8 {
-    let unit = units(radius_mm);
-    let floored = unit * matrix * unit + Matrix8::identity() * FREE_MM.powi(-2);
-    match floored.cholesky() {
-        Some(factor) => unit * factor.solve(&(unit * pull)),
-        // Rounding alone makes it indefinite.
-        None => held(matrix, radius_mm) * pull,
-    }
-}
-
 /// 1 for what is unknown, 0 for what is held.
 fn free(solver: &Solver<'_>) -> Matrix8 {
     let mut free = Matrix8::identity();
@@ -225,12 +204,6 @@ fn free(solver: &Solver<'_>) -> Matrix8 {
         free[(place, place)] = f64::from(u8::from(sigma > 0.0));
     }
     free
-}
-
-/// From mm at the points to rad, mm, share at a depth of 50 mm, mm.
-fn units(radius_mm: f64) -> Matrix8 {
-    let r = 1.0 / radius_mm;
-    Matrix8::from_diagonal(&[r, r, r, 1.0, 1.0, 1.0, 0.02, 1.0].into())
 }
 
 /// What one unit of each number of the error that all points share moves the unknowns by: it moves every residual at once, and the fit

@@ -7,7 +7,7 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::result::solved;
+use super::normal::solved;
 use super::rows::{Row, Rows};
 use crate::solve::{Exact, Matrix8, Problem, Vector8};
 
@@ -57,6 +57,7 @@ pub(super) fn sensitivity(
 ) -> Vec<Sensitivity> {
     let (at, most) = (end / 5.0_f64.sqrt(), end / 5.0_f64.sqrt() * 0.64);
     let one = |(row, place): (&Row, Place)| {
+        // What is held does not answer, and has no part in how the others do.
         let others = free * (matrix - place.matrix) * free;
         let moved = solved(&others, &(free * place.pull), problem.cloud.radius_mm) * most;
         Sensitivity {
