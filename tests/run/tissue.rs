@@ -197,7 +197,7 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         lost_ns: i64::MAX,
     };
     let pixels = frame.shown(0, ages);
-    let (mut seen, mut far) = (0, 0.0_f64);
+    let (mut seen, mut covered, mut far) = (0, 0, 0.0_f64);
     for k in 0..200_000_u32 {
         let part = |m: u32, span: f64| f64::from(k.wrapping_mul(m) >> 8) / f64::from(1 << 24) * span;
         let rest = Point::<Ct>::new(
@@ -224,18 +224,19 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         }
         let at = (y as usize * frame.header().width as usize + x as usize) * 4;
         let found = &pixels.rgba[at..at + 3];
-        // Lines and words lie over the slice; what is grey is slice.
+        // Lines and words lie over the slice; what is grey is slice, but for the rims of white words.
         if found[0] != found[1] || found[1] != found[2] || found[0] < 20 {
             continue;
         }
-        // Voxels are whole HU, greys whole numbers.
-        assert!(
-            (f64::from(found[0]) - grey(hu)).abs() <= 2.0,
-            "{found:?} {} at {now:?}",
-            grey(hu)
-        );
         seen += 1;
+        // Voxels are whole HU, greys whole numbers.
+        if (f64::from(found[0]) - grey(hu)).abs() > 2.0 {
+            println!("{found:?} {} at {now:?}", grey(hu));
+            covered += 1;
+        }
         far = far.max((now - rest).mm().iter().map(|x| x * x).sum::<f64>().sqrt());
     }
     assert!(seen > 100 && far > 1.0, "{seen} places seen, moved by {far} mm");
+    // Words are not on a fiftieth of the organ; an organ drawn elsewhere is wrong at its whole border.
+    assert!(covered * 50 <= seen, "{covered} of {seen} places have another grey");
 }

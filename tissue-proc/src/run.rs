@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bus::BusError;
 use bus::clock;
@@ -104,14 +104,15 @@ fn worked<T: Send>(
     (state, note, most): (ProcessState, &str, Duration),
     work: impl FnOnce() -> T + Send,
 ) -> Result<T, BusError> {
-    let since = Instant::now();
+    // Not the session's clock: in a replay that is paused it stands still.
+    let until_ns = clock::monotonic_ns().saturating_add(clock::ns(most));
     thread::scope(|scope| {
         let (done, made) = mpsc::sync_channel(1);
         let working = scope.spawn(move || done.send(work()));
         loop {
             match made.recv_timeout(TICK) {
                 Ok(made) => return Ok(made),
-                Err(RecvTimeoutError::Timeout) if since.elapsed() < most => process.beat(state, note)?,
+                Err(RecvTimeoutError::Timeout) if clock::monotonic_ns() < until_ns => process.beat(state, note)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 // It ended without a word: by a panic, which goes on here.
                 Err(RecvTimeoutError::Disconnected) => match working.join() {
