@@ -58,7 +58,7 @@ fn generated(row: &str, (step, blur): (f64, f64), cortex: Cortex, hu: f64) {
         hu,
     };
     scene.margin_mm = 16.0;
-    scene.noise_hu = std::env::var("NOISE").map_or(20.0, |hu| hu.parse().unwrap());
+    scene.noise_hu = 20.0;
     if hu > 0.0 {
         scene.vessel = Some(vessel);
     }
@@ -149,23 +149,6 @@ fn tell(row: &str, ct: &dyn Voxels, region: Region<'_>, whose: &dyn Fn([f64; 3])
         left.join("; "),
         start.elapsed().as_secs_f64()
     );
-    if std::env::var("DUMP").is_ok() {
-        for p in &bone.places {
-            println!(
-                "P {:?} {:.1} {:.1} {:.1} A {:.0} c {:.0} t {:.2} b {:.0} a {:.0} G {:.1}",
-                whose(p.mm.into()),
-                p.mm.x,
-                p.mm.y,
-                p.mm.z,
-                (p.cortex_hu - p.inside_hu) * p.thickness_mm,
-                p.cortex_hu,
-                p.thickness_mm,
-                p.inside_hu,
-                p.tissue_hu,
-                p.contrast.by_all
-            );
-        }
-    }
 }
 
 fn area(bone: &Bone, triangles: &[[u32; 3]], whose: &dyn Fn([f64; 3]) -> Whose) -> [f64; 3] {

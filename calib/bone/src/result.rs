@@ -150,6 +150,13 @@ impl Bone {
         // why: what is not seen leaves scraps between, which tell nothing of a pose, nor which side of them is the bone's.
         let (triangles, scraps) = hanging(triangles, |t| area(t.map(|i| places[i as usize].mm)));
         unseen.extend(scraps);
+        if !judged.is_heard {
+            let heard: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+            let others = (0..).zip(&mut places).filter(|(i, _)| !heard.contains(i));
+            others
+                .filter(|(_, place)| place.sight == Sight::Cortex)
+                .for_each(|(_, place)| place.sight = Sight::Unseen);
+        }
         let before = shell
             .triangles
             .iter()

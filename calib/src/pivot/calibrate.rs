@@ -16,7 +16,8 @@ use crate::coverage::Coverage;
 const MIN_POSES: usize = 3;
 /// A motion whose widest principal angle is below this is noise, degrees.
 const STILL_DEG: f64 = 0.5;
-/// So many deviations of the rotations' noise is the second principal angle at least: one that is noise alone is twice its deviation.
+/// So many deviations of the rotations' noise is the second principal angle at least: one that is noise alone is twice its deviation,
+/// and a sixteenth of the square of one that is just taken.
 const NOISES: f64 = 8.0;
 /// Where the first principal angle is this many times the second, the motion has one axis.
 const ONE_AXIS: f64 = 4.0;

@@ -247,23 +247,24 @@ fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> 
     headers.iter().map(named).collect()
 }
 
-/// The files of the two slices that are nearest to one another in the order of their places: a file that was copied, or another point in time.
+/// Pairs of more slices than this are not looked through for the two that are told.
+const MOST_COMPARED: usize = 5000;
+
+/// The files of the two slices that are nearest to one another: a file that was copied, or another point in time.
 fn at_one_place(headers: &[Header], placed: &[Placed]) -> Option<Box<[std::path::PathBuf; 2]>> {
-    let mut slices: Vec<(&Header, &Placed)> = headers.iter().zip(placed).collect();
-    let order = |a: &Placed, b: &Placed| {
-        let along = a.position.iter().zip(&b.position).map(|(a, b)| a.total_cmp(b));
-        along.reduce(std::cmp::Ordering::then)
-    };
-    slices.sort_by(|a, b| {
-        let by_place = order(a.1, b.1).unwrap_or(std::cmp::Ordering::Equal);
-        by_place.then_with(|| a.0.path.cmp(&b.0.path))
-    });
-    let apart = |pair: &[(&Header, &Placed)]| -> f64 {
-        let axes = pair[0].1.position.iter().zip(&pair[1].1.position);
+    let mut slices: Vec<(&Header, &Placed)> = headers.iter().zip(placed).take(MOST_COMPARED).collect();
+    slices.sort_by(|a, b| a.0.path.cmp(&b.0.path));
+    let apart = |a: &Placed, b: &Placed| -> f64 {
+        let axes = a.position.iter().zip(&b.position);
         axes.map(|(a, b)| (a - b).powi(2)).sum()
     };
-    let nearest = slices.windows(2).min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
-    Some(Box::new([nearest[0].0.path.clone(), nearest[1].0.path.clone()]))
+    // Each with each: in an order along any axis rounding may put others between the two.
+    let pairs = slices
+        .iter()
+        .enumerate()
+        .flat_map(|(i, one)| slices[i + 1..].iter().map(move |other| (one, other)));
+    let (one, other) = pairs.min_by(|a, b| apart(a.0.1, a.1.1).total_cmp(&apart(b.0.1, b.1.1)))?;
+    Some(Box::new([one.0.path.clone(), other.0.path.clone()]))
 }
 
 enum LayError {

@@ -6,25 +6,9 @@ use surface_registration::{
 };
 use surface_registration::{refine, register};
 
-use crate::common::draw::{ALL, Drawn, LEFT, Source, Sweep, off, rms, targets, tre_mm};
+use crate::common::draw::{ALL, Drawn, LEFT, Sweep, off, rms, targets, tre_mm};
 use crate::common::end::{Cut, End, about_axis, shaft};
-use crate::common::oracle;
-
-struct Scene {
-    surface: Surface<Ct>,
-    field: Field,
-    source: Source,
-}
-
-fn scene() -> Option<Scene> {
-    let bone = oracle::bone("pelvis-phantom")?;
-    let surface = Surface::new(&bone.0, &bone.1).unwrap();
-    Some(Scene {
-        field: Field::new(&surface, Spacing::default()).unwrap(),
-        surface,
-        source: Source::new(&bone),
-    })
-}
+use crate::common::scene::{Scene, scene};
 
 fn options() -> Options {
     let mut options = Options::default();
