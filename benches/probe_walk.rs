@@ -100,7 +100,7 @@ fn walk(seed: u64, images: usize, pictures: Option<&str>) -> Walk {
     };
     let mirrored = match turned {
         Ok(turned) => Mirrored {
-            margin: turned.cost - found.cost,
+            margin: found.margin_over(&turned),
             tre_mm: off(&turned),
             refused: Limits::default()
                 .judge(&turned, &targets)

@@ -21,7 +21,7 @@
 //! that is not what was assumed draws each another way.
 //!
 //! Refused by name: fewer than three poses, poses without rotation or turned about one axis only, cones below
-//! [`LEAST_CONE_DEG`], poses of which less than a half agree: [`Refused`].
+//! [`LEAST_CONE_DEG`] or hardly more than the noise of the rotations, poses of which less than a half agree: [`Refused`].
 
 mod agree;
 mod calibrate;

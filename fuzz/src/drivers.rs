@@ -75,6 +75,7 @@ fn followed(bytes: &[u8], piece: usize, says: u8) {
         },
         stream: has(2).then_some(Duration::from_millis(20)),
         max_rotation_error: 2e-3,
+        least_distance_mm: 10.0,
         reconnect: Reconnect::Always,
         silent: Duration::from_millis(1500),
         images: has(5).then(images),

@@ -1,7 +1,7 @@
 //! When a frame was captured, on the run's clock, and how sure that is.
 
 use bus::clock::{self, mapping::Mapping, mapping::Quality, mapping::Settings};
-use bus::message::CaptureClock;
+use bus::message::{CaptureClock, MAY_BE_OLDER};
 use scene::localizer::StampRule;
 
 use crate::driver::Frame;
@@ -13,6 +13,9 @@ const MOST_AHEAD_NS: i64 = 1000;
 /// A law whose newest frame is older than this says nothing of an image: what the clock did since nobody saw, ns.
 const OLD_LAW_NS: i64 = 1_000_000_000;
 
+/// Waiting that is less is counted and not told: ways grow longer by as much, ns.
+const TOLD_NS: i64 = 10_000_000;
+
 /// The clock of one connection.
 #[derive(Debug)]
 pub struct DeviceClock {
@@ -21,6 +24,10 @@ pub struct DeviceClock {
     mapping: Mapping,
     last: Option<Captured>,
     images: ImageLaw,
+    /// Frames come in answer to a question: none waits in a queue.
+    is_polled: bool,
+    /// How long frames may have waited when the connection before ended, ns: another connection alone says nothing of a queue of the peer.
+    carried_ns: i64,
 }
 
 /// The time of an image's capture.
@@ -43,6 +50,8 @@ pub struct Captured {
     pub uncertain_ns: i64,
     /// What it rests on.
     pub clock: CaptureClock,
+    /// What `at_ns` was put earlier by, as the frame may have waited for so long in a queue on the peer's side, ns.
+    pub waited_ns: i64,
 }
 
 impl DeviceClock {
@@ -55,11 +64,23 @@ impl DeviceClock {
             mapping: Mapping::new(settings(least_delay_ns)),
             last: None,
             images: ImageLaw::new(latest_image_ns),
+            is_polled: false,
+            carried_ns: 0,
         }
     }
 
-    /// Another connection was made: what is known is how late images were on the one before.
+    /// Of a peer that is asked for each frame, and answers with the newest.
+    #[must_use]
+    pub fn polled(self) -> Self {
+        Self {
+            is_polled: true,
+            ..self
+        }
+    }
+
+    /// Another connection was made: what is known is how late images were on the one before, and how long frames may have waited.
     pub fn reconnected(&mut self) {
+        self.carried_ns = self.waited_ns();
         self.mapping = Mapping::new(settings(self.least_delay_ns));
         self.last = None;
         self.images.reconnected();
@@ -71,20 +92,29 @@ impl DeviceClock {
             at_ns: frame.first_ns.saturating_sub(self.least_delay_ns),
             uncertain_ns: 0,
             clock: CaptureClock::Arrival,
+            waited_ns: 0,
         };
         if self.rule == StampRule::Arrival {
             return (self.later(arrival, frame), None);
         }
         let mapped = self.mapping.map(frame.device_ns, frame.first_ns);
+        let waited_ns = match self.is_polled {
+            true => 0,
+            false => self.carried_ns.saturating_add(mapped.waited_ns),
+        };
+        // Never younger than it may be: which of the two it was, nothing tells.
+        let at_ns = mapped.capture_ns.saturating_sub(waited_ns);
         let captured = match (mapped.quality, mapped.uncertain_ns) {
             (Quality::Mapped, Some(uncertain_ns)) => Captured {
-                at_ns: mapped.capture_ns,
+                at_ns,
                 // 0 says that nothing is known.
-                uncertain_ns: uncertain_ns.max(1),
+                uncertain_ns: uncertain_ns.saturating_add(waited_ns).max(1),
                 clock: CaptureClock::Mapped,
+                waited_ns,
             },
             _ => Captured {
-                at_ns: mapped.capture_ns,
+                at_ns,
+                waited_ns,
                 ..arrival
             },
         };
@@ -102,16 +132,20 @@ impl DeviceClock {
             }
             Err(why) => (Err(why), None),
         };
+        let waited_ns = self.waited_ns();
         let captured = match placed {
+            // As old as the poses of its stamp may be.
             Ok((at_ns, uncertain_ns)) => Captured {
-                at_ns,
-                uncertain_ns: uncertain_ns.max(1),
+                at_ns: at_ns.saturating_sub(waited_ns),
+                uncertain_ns: uncertain_ns.saturating_add(waited_ns).max(1),
                 clock: CaptureClock::Mapped,
+                waited_ns,
             },
             Err(_) => Captured {
                 at_ns: arrival_ns.saturating_sub(self.least_delay_ns),
                 uncertain_ns: 0,
                 clock: CaptureClock::Arrival,
+                waited_ns: 0,
             },
         };
         ImageTime {
@@ -152,6 +186,21 @@ impl DeviceClock {
         let captured = Captured { at_ns, ..captured };
         self.last = Some(captured);
         captured
+    }
+
+    /// How long frames may have waited in a queue on the peer's side, beside what their times say, ns.
+    pub fn waited_ns(&self) -> i64 {
+        self.last.map_or(self.carried_ns, |last| last.waited_ns)
+    }
+
+    /// That frames may have waited, for people; empty where it is no more than links do at times.
+    pub fn waited_words(&self) -> String {
+        let waited_ns = self.waited_ns();
+        if waited_ns < TOLD_NS {
+            return String::new();
+        }
+        let ms = (waited_ns / 1_000_000).saturating_add(1);
+        format!("{MAY_BE_OLDER}{ms} (a queue, or its clock was set)")
     }
 
     /// How the times of captures come about, for people; empty before the first frame.
@@ -331,5 +380,40 @@ mod tests {
             matches!(set[..], [by_ns] if (by_ns + 100_000_000).abs() < 1_000_000),
             "{set:?}"
         );
+    }
+
+    /// A queue of the peer that grew by 3 s was a clock that was set back, and its poses had an age of 0.
+    #[test]
+    fn frames_that_may_have_waited_are_that_old_over_another_connection_too_unless_they_were_asked_for() {
+        let queued_ns = 3_000_000_000;
+        let after_queue = |mut clock: DeviceClock| {
+            for i in 0..600 {
+                let t_ns = i * STEP_NS;
+                let late_ns = if i < 300 { 0 } else { queued_ns };
+                let _ = clock.capture(&frame(EPOCH_NS + t_ns, t_ns + late_ns));
+            }
+            clock
+        };
+        let new = || DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
+        let mut clock = after_queue(new());
+        let within = |ns: i64| (ns - queued_ns).abs() < 1_000_000;
+        assert!(within(clock.waited_ns()), "{}", clock.waited_ns());
+        let words = clock.waited_words();
+        assert!(
+            bus::message::may_be_older_ms(&words).is_some_and(|ms| ms.abs_diff(3000) <= 1),
+            "{words}"
+        );
+        // The most that a note holds.
+        assert!(words.len() <= 96, "{words}");
+        let t_ns = 600 * STEP_NS + queued_ns;
+        let (captured, _) = clock.capture(&frame(EPOCH_NS + 600 * STEP_NS, t_ns));
+        assert!(
+            within(t_ns - captured.at_ns) && captured.uncertain_ns >= captured.waited_ns,
+            "{captured:?}"
+        );
+        clock.reconnected();
+        let (anew, _) = clock.capture(&frame(EPOCH_NS + 601 * STEP_NS, t_ns + STEP_NS));
+        assert!(within(anew.waited_ns) && within(clock.waited_ns()), "{anew:?}");
+        assert_eq!(after_queue(new().polled()).waited_ns(), 0);
     }
 }

@@ -269,11 +269,14 @@ impl OpenIgtLink {
                 acts.extend(words.and_then(|words| self.told.say(format!("{name}: {words}"))));
                 Err(lost)
             }
-            Ok(()) => pose.map(|tool| (tool, 0.0)).map_err(|error| {
-                acts.push(Act::Refused);
-                acts.extend(self.told.say(format!("{name}: {error}")));
-                Lost::Refused
-            }),
+            Ok(()) => pose
+                .and_then(|tool| pose::not_near(tool, self.spec.least_distance_mm))
+                .map(|tool| (tool, 0.0))
+                .map_err(|error| {
+                    acts.push(Act::Refused);
+                    acts.extend(self.told.say(format!("{name}: {error}")));
+                    Lost::Refused
+                }),
         };
         Some(Seen { marker, outcome })
     }

@@ -176,6 +176,7 @@ impl Output {
             at_ns: now_ns,
             uncertain_ns: 0,
             clock: CaptureClock::Arrival,
+            waited_ns: 0,
         };
         match &mut self.frames {
             Frames::Markers(markers) => markers.disconnected(captured, &mut self.next_seq, process),

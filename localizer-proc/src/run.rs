@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use bus::BusError;
 use bus::clock;
-use bus::message::{Event, Level, ProcessState};
+use bus::message::{Event, Level, Lost, ProcessState};
 use bus::port::Publisher;
 use bus::process::{JoinError, Membership, Process};
 use bus::topic::EVENT;
@@ -81,6 +81,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         events,
         told: 0,
         told_of_images: Vec::new(),
+        told_waited_ns: 0,
         next_lost_ns: i64::MIN,
         rate: Rate::default(),
     };
@@ -110,7 +111,11 @@ fn clock_of(spec: &LocalizerSpec) -> DeviceClock {
         }) => images.latest,
         _ => Duration::ZERO,
     };
-    DeviceClock::new(spec.clock, clock::ns(spec.least_delay), clock::ns(latest))
+    let clock = DeviceClock::new(spec.clock, clock::ns(spec.least_delay), clock::ns(latest));
+    match &spec.link {
+        LinkSpec::OpenIgtLink(_) => clock,
+        LinkSpec::Ndi(_) => clock.polled(),
+    }
 }
 
 /// The state between two looks.
@@ -126,6 +131,8 @@ struct Localizer {
     told: u64,
     /// Why images have no time of their own, as far as it was told on this connection.
     told_of_images: Vec<Untimed>,
+    /// For how long frames may have waited, as it was told last, ns.
+    told_waited_ns: i64,
     /// While there is no connection, that is said so often, as a pose that is lost grows old too.
     every_ns: i64,
     next_lost_ns: i64,
@@ -184,13 +191,39 @@ impl Localizer {
 
     fn publish(&mut self, frame: &Frame, places: Option<&Places>, process: &mut Process) -> Result<(), RunError> {
         let (captured, event) = self.clock.capture(frame);
+        let lost_ns = clock::ns(process.scene.limits.lost);
         match places {
+            None if captured.waited_ns > lost_ns => self.output.send(&refused(frame), captured, process)?,
             None => self.output.send(frame, captured, process)?,
             Some(places) => self.output.send_places(frame.device_ns, captured, places, process)?,
         }
         self.link.is_of_use();
         self.rate.count(frame.arrival_ns);
-        event.map_or(Ok(()), |words| self.tell(words, Level::Warning, process))
+        if let Some(words) = event {
+            self.tell(words, Level::Warning, process)?;
+        }
+        self.tell_of_waiting(process)
+    }
+
+    /// Each time that frames may have waited for longer by half than was told, and when that has ended.
+    fn tell_of_waiting(&mut self, process: &Process) -> Result<(), RunError> {
+        let words = self.clock.waited_words();
+        let waited_ns = self.clock.waited_ns();
+        if words.is_empty() {
+            return match std::mem::take(&mut self.told_waited_ns) {
+                0 => Ok(()),
+                _ => self.tell("poses wait no longer".to_owned(), Level::Info, process),
+            };
+        }
+        if waited_ns / 3 * 2 <= self.told_waited_ns {
+            return Ok(());
+        }
+        self.told_waited_ns = waited_ns;
+        let told = format!(
+            "{words}: they are counted as that old, and none is shown beyond limits.lost_ms, until the clock steps forward \
+             or somebody who looked at the peer says `pilot restart localizer`"
+        );
+        self.tell(told, Level::Error, process)
     }
 
     fn show(&mut self, picture: &Picture, process: &mut Process) -> Result<(), RunError> {
@@ -251,6 +284,7 @@ impl Localizer {
             return self.link.words(now_ns);
         }
         let parts = [
+            self.clock.waited_words(),
             self.rate.words(now_ns),
             self.images.words(now_ns),
             self.clock.words(),
@@ -259,6 +293,15 @@ impl Localizer {
         let parts: Vec<String> = parts.into_iter().filter(|words| !words.is_empty()).collect();
         parts.join("; ")
     }
+}
+
+/// A frame whose markers may have moved since for longer than a pose is shown.
+fn refused(frame: &Frame) -> Frame {
+    let mut frame = frame.clone();
+    for seen in &mut frame.seen {
+        seen.outcome = seen.outcome.and(Err(Lost::Refused));
+    }
+    frame
 }
 
 /// Frames a second.

@@ -39,6 +39,8 @@ pub(crate) struct Metrics {
     grid: Option<VolumeGrid>,
     /// A view has shown another volume than the loader's: that must never be.
     pub(crate) foreign_volume: bool,
+    /// How much older than their arrival poses may have been at most, ms: what the localizer noted.
+    pub(crate) older_ms: u64,
     continuity: Continuity,
     /// The newest samples with what they came to, oldest first.
     recent: std::collections::VecDeque<(ToolPose, Tracked)>,

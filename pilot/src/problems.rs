@@ -24,6 +24,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             Lost::Frozen.words()
         ));
     }
+    problems.extend(older(run.metrics.older_ms));
     problems.extend(judgements(run));
     if run.metrics.foreign_volume {
         problems.push("two different examinations were published during this run".to_owned());
@@ -60,6 +61,16 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
         .filter(|name| name.ends_with(".recording"));
     problems.extend(unfinished.map(|name| format!("{name} was not finished: `recorder recover` brings it back")));
     problems
+}
+
+/// Poses that may have waited in a queue.
+fn older(most_ms: u64) -> Option<String> {
+    (most_ms > 0).then(|| {
+        format!(
+            "poses may have been up to {most_ms} ms older than their arrival said: the localizer's clock seemed to be set back, as it does \
+             where frames wait in a queue on its side, and nothing told the two apart; they were counted as that old"
+        )
+    })
 }
 
 /// What came while the recorder could not write, of every topic, and how long a disk made it wait.

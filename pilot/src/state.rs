@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, NOT_RECORDING};
+use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, NOT_RECORDING, may_be_older_ms};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
@@ -265,6 +265,7 @@ impl Run {
             self.tell(Level::Warning, &words);
             self.cards_given_up.push(words);
         }
+        self.metrics.older_ms = self.metrics.older_ms.max(may_be_older_ms(&note).unwrap_or(0));
         self.children[i].note = note;
     }
 

@@ -98,8 +98,9 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     let other = plan(&data.join("ct-chest-lidc-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));
     let said = stderr(&other);
+    // Of another person too, which is looked for before the frame of reference.
     assert!(
-        said.contains("another frame of reference than the examination's"),
+        said.contains("PatientID: found another than the examination's"),
         "{said}"
     );
 }

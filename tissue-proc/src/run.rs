@@ -1,6 +1,7 @@
 //! The process: the newest pose in, its state out.
 
 use std::ops::ControlFlow;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
@@ -27,6 +28,10 @@ const NAME: &str = "tissue";
 const TICK: Duration = Duration::from_millis(20);
 /// Poses that wait at most: all are judged, and the newest is answered.
 const ROOM: usize = 64;
+
+/// While a state is solved, signs of life are given for so long at most: a wide step of a fine model takes seconds, and its process is not to be
+/// killed for it; one that takes no end is.
+const SOLVING: (ProcessState, &str, Duration) = (ProcessState::Ready, "solving", Duration::from_secs(60));
 
 /// Why it ended.
 #[derive(Debug, thiserror::Error)]
@@ -89,14 +94,33 @@ fn made(
     load: LoadLabels,
 ) -> Result<Anatomy, RunError> {
     let (scene, grid, hash) = (process.scene.clone(), *volume.view().grid, volume.hash().0);
+    let alive = (ProcessState::Starting, "meshing the organs", Duration::MAX);
+    Ok(worked(process, alive, || make((&scene, spec), (&grid, hash), load))??)
+}
+
+/// Works while this thread gives signs of life, in the state and with the words told, for no longer than that: then whatever works may hang.
+fn worked<T: Send>(
+    process: &mut Process,
+    (state, note, most): (ProcessState, &str, Duration),
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, BusError> {
+    // Not the session's clock: in a replay that is paused it stands still.
+    let until_ns = clock::monotonic_ns().saturating_add(clock::ns(most));
     thread::scope(|scope| {
-        let working = scope.spawn(|| make((&scene, spec), (&grid, hash), load));
-        while !working.is_finished() {
-            process.beat(ProcessState::Starting, "meshing the organs")?;
-            thread::sleep(TICK);
+        let (done, made) = mpsc::sync_channel(1);
+        let working = scope.spawn(move || done.send(work()));
+        loop {
+            match made.recv_timeout(TICK) {
+                Ok(made) => return Ok(made),
+                Err(RecvTimeoutError::Timeout) if clock::monotonic_ns() < until_ns => process.beat(state, note)?,
+                Err(RecvTimeoutError::Timeout) => {}
+                // It ended without a word: by a panic, which goes on here.
+                Err(RecvTimeoutError::Disconnected) => match working.join() {
+                    Err(panic) => std::panic::resume_unwind(panic),
+                    Ok(_) => unreachable!("what works sends before it ends"),
+                },
+            }
         }
-        let made = working.join();
-        Ok(made.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?)
     })
 }
 
@@ -213,7 +237,8 @@ impl Tissue {
                 if self.live.is_of_another(sample.registration_id) {
                     self.errors.forget();
                 }
-                Some(self.live.answer(pose))
+                let live = &mut self.live;
+                Some(worked(&mut self.process, SOLVING, || live.answer(pose))?)
             }
             Tracked::Lost(_) => None,
         };
@@ -236,7 +261,8 @@ impl Tissue {
         self.states.send(header, &self.places)?;
         // Behind the state: nobody waits for them.
         if let Some(frame) = frame {
-            self.errors.find(sample, frame, &self.live);
+            let (errors, live) = (&mut self.errors, &mut self.live);
+            worked(&mut self.process, SOLVING, move || errors.find(sample, frame, live))?;
         }
         Ok(())
     }

@@ -39,14 +39,22 @@ pub enum Refused {
         /// Greatest corner of the CT, mm.
         to: [f64; 3],
     },
+    /// The region holds no voxel.
+    #[error(
+        "the region holds no voxel of the CT but metal: it is cut away or kept out altogether, or lies between the voxels' centres"
+    )]
+    Empty,
     /// Nothing is bright enough.
     #[error(
-        "no voxel of the region has {level} HU or more; the brightest has {brightest}. Are these Hounsfield units, and is there bone here?"
+        "no voxel of the region has {level} HU or more, metal of {metal} HU and more left aside; the brightest of the region has {brightest}. Are \
+         these Hounsfield units, and is there bone here?"
     )]
     NoBone {
         /// The threshold, HU.
         level: f64,
-        /// The brightest voxel, HU.
+        /// The least HU of metal.
+        metal: i16,
+        /// The brightest voxel of the region below metal, HU.
         brightest: i16,
     },
     /// The seed is in no bone.
@@ -120,13 +128,13 @@ pub enum Refused {
     },
     /// What was taken has no cortex.
     #[error(
-        "{share:.0} % of the surface has no cortex (less than {least:.0} HU mm more than what is inside): vessels or a heart with contrast \
-         medium, or an organ, but no bone"
+        "{share:.0} % of the surface has no cortex (contrast medium of at most {most:.0} HU explains its voxels): vessels or a heart with \
+         contrast medium, or an organ, but no bone"
     )]
     NoCortex {
         /// Share of the surface, %.
         share: f64,
-        /// The least cortex, HU mm.
-        least: f64,
+        /// Most HU of contrast medium.
+        most: f64,
     },
 }

@@ -4,17 +4,20 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
+use crate::contrast::contrast;
 use crate::enclosed::is_enclosed;
 use crate::error::Refused;
 use crate::fill::fill;
 use crate::model::Unknowns;
 use crate::optics::Optics;
 use crate::patch::{Lost, Patch, Window, patch};
+use crate::place::{Place, Sight, State};
 use crate::quadric::{Adjacent, Quadric, normals, quadric};
 use crate::region::{Chosen, Cut, IsLabelled, Levels, Region, choose};
-use crate::result::{Bone, LEAST_CORTEX, Place, ScannerFound, State};
+use crate::result::{Bone, ScannerFound};
 use crate::scanner::{Scanner, by_shared, measure};
 use crate::shell::{Edge, Shell, shell};
+use crate::sight::{Bare, Judged, sights};
 use crate::solve::{covariance, fit};
 use crate::voxels::{Crop, Voxels};
 
@@ -30,11 +33,13 @@ pub struct Options<'a> {
     pub level_hu: f64,
     /// Metal has at least so many HU.
     pub metal_hu: i16,
+    /// Vessels and organs with contrast medium have at most so many HU; 0 of a CT without, of which all is bone then.
+    pub contrast_hu: f64,
     /// The scanner's blur in the slice's plane and along its normal, where it is known: deviations, mm.
     pub blur_mm: Option<[f64; 2]>,
     /// Threads.
     pub threads: usize,
-    /// Whether a surface without cortex is taken.
+    /// Whether a surface without cortex is taken, and heard.
     pub takes_no_cortex: bool,
     /// Told from time to time: what is done, and how much of it, from 0 to 1.
     pub progress: Progress<'a>,
@@ -52,6 +57,7 @@ impl Options<'_> {
             excluded: &|_| false,
             level_hu: 200.0,
             metal_hu: 3000,
+            contrast_hu: 450.0,
             blur_mm: None,
             threads: 1,
             takes_no_cortex: false,
@@ -75,6 +81,8 @@ const MODEL_ERROR: f64 = 0.03;
 const STRAY: f64 = 4.0;
 /// The least share of the surface that must be fitted.
 const LEAST_KEPT: f64 = 0.25;
+/// What is seen of cortex counts by the places within two voxels, or so many mm.
+const SIGHT_MM: f64 = 4.0;
 /// The most share of a bone's surface that has no cortex.
 const MOST_WITHOUT: f64 = 0.6;
 
@@ -113,23 +121,26 @@ pub fn extract(voxels: &dyn Voxels, options: &Options<'_>) -> Result<Bone, Refus
         progress: options.progress,
         window: window(&optics, options.metal_hu),
         cuts: options.cuts,
+        contrast_hu: options.contrast_hu,
     };
     work.inner_walls(&mut shell, &mask);
     let mut scanner = Scanner::expected(expected, options.blur_mm.is_some());
     let mut corners = shell.corners.clone();
     let mut states = Vec::new();
+    let adjacent = Adjacent::new(shell.corners.len(), &shell.triangles);
     for _ in 0..PASSES {
         let quadrics = work.quadrics(&corners, &shell);
-        scanner = work.scanner(&quadrics, &shell, expected).unwrap_or(scanner);
+        scanner = work.scanner(&quadrics, &shell, &states, expected).unwrap_or(scanner);
         let before = std::mem::take(&mut states);
         states = work.states(&quadrics, &shell, &scanner, &before);
         corners = moved(&corners, &quadrics, &states);
+        work.sights(&mut states, &shell, &adjacent);
     }
-    let adjacent = Adjacent::new(shell.corners.len(), &shell.triangles);
     work.strays(&mut states, &adjacent);
     let found = ScannerFound::new(&scanner, options.blur_mm.is_some());
-    let bone = Bone::gather(&shell, &states, found, (body, listed, metal));
-    verdict(&bone, options)?;
+    let judged = work.without_bare(&mut states, &shell, &adjacent, options)?;
+    let bone = Bone::gather(&shell, &states, found, judged, (body, listed, metal));
+    verdict(&bone)?;
     Ok(bone)
 }
 
@@ -146,6 +157,13 @@ fn check(options: &Options<'_>) -> Result<(), Refused> {
             "500 more than that of bone, and more",
         );
     }
+    if !(0.0..=2000.0).contains(&options.contrast_hu) {
+        return bad(
+            "the most HU of contrast medium",
+            options.contrast_hu.to_string(),
+            "0 to 2000",
+        );
+    }
     if let Some(blur) = options.blur_mm
         && !blur.iter().all(|b| (0.1..=5.0).contains(b))
     {
@@ -159,7 +177,7 @@ fn check(options: &Options<'_>) -> Result<(), Refused> {
     Ok(())
 }
 
-fn verdict(bone: &Bone, options: &Options<'_>) -> Result<(), Refused> {
+fn verdict(bone: &Bone) -> Result<(), Refused> {
     let (corners, kept) = (bone.threshold_corners, bone.places.len());
     if (kept as f64) < LEAST_KEPT * corners as f64 || kept < 20 {
         let reasons: Vec<String> = bone
@@ -172,12 +190,6 @@ fn verdict(bone: &Bone, options: &Options<'_>) -> Result<(), Refused> {
             kept,
             least: 100.0 * LEAST_KEPT,
             reasons: reasons.join("; "),
-        });
-    }
-    if bone.without_cortex > MOST_WITHOUT && !options.takes_no_cortex {
-        return Err(Refused::NoCortex {
-            share: 100.0 * bone.without_cortex,
-            least: LEAST_CORTEX,
         });
     }
     Ok(())
@@ -216,6 +228,7 @@ struct Work<'a> {
     progress: Progress<'a>,
     window: Window,
     cuts: &'a [Cut],
+    contrast_hu: f64,
 }
 
 impl Work<'_> {
@@ -256,10 +269,18 @@ impl Work<'_> {
     }
 
     /// What all places share, from some of them, spread evenly.
-    fn scanner(&self, quadrics: &[Option<Quadric>], shell: &Shell, expected: [f64; 2]) -> Option<Scanner> {
+    fn scanner(
+        &self,
+        quadrics: &[Option<Quadric>],
+        shell: &Shell,
+        before: &[State],
+        expected: [f64; 2],
+    ) -> Option<Scanner> {
         (self.progress)("blur of the scanner", 0.0);
         let expected = Scanner::expected(expected, self.is_told);
-        let fit_for = |i: &usize| shell.edge[*i] == Edge::None && quadrics[*i].is_some();
+        // A vessel's wall tells of no cortex.
+        let is_bare = |i: usize| matches!(before.get(i), Some(Ok(place)) if place.sight == Sight::Bare);
+        let fit_for = |i: &usize| shell.edge[*i] == Edge::None && quadrics[*i].is_some() && !is_bare(*i);
         let all: Vec<usize> = (0..quadrics.len()).filter(fit_for).collect();
         let every = (all.len() / SAMPLE).max(1);
         let sample: Vec<Quadric> = all.iter().step_by(every).filter_map(|i| quadrics[*i]).collect();
@@ -329,6 +350,67 @@ impl Work<'_> {
             cortex_hu: cortex,
             inside_hu: inside,
             tissue_hu: tissue,
+            contrast: contrast(&patch, &priors, &noise, &fit, self.contrast_hu),
+            sight: Sight::Unseen,
+        })
+    }
+
+    /// Judges what is seen of cortex, and tells of the pieces that have none.
+    fn sights(&self, states: &mut [State], shell: &Shell, adjacent: &Adjacent) -> Vec<Bare> {
+        let [plane, axial] = self.optics.step_mm;
+        let reach = (2.0 * plane.max(axial)).max(SIGHT_MM);
+        let (of, bare) = sights(states, &shell.triangles, adjacent, reach);
+        for (state, sight) in states.iter_mut().zip(of) {
+            if let Ok(place) = state {
+                place.sight = sight;
+            }
+        }
+        bare
+    }
+
+    /// Leaves out the places without cortex, unless a person wants them, or a label map says that they are bone.
+    fn without_bare(
+        &self,
+        states: &mut [State],
+        shell: &Shell,
+        adjacent: &Adjacent,
+        options: &Options<'_>,
+    ) -> Result<Judged, Refused> {
+        let bare = self.sights(states, shell, adjacent);
+        let share = |of: &dyn Fn(Sight) -> bool| {
+            let fitted = states.iter().filter_map(|s| s.as_ref().ok());
+            let (all, those) = fitted.fold((0.0_f64, 0.0), |(n, k), p| {
+                (n + 1.0, k + f64::from(u8::from(of(p.sight))))
+            });
+            those / all.max(1.0)
+        };
+        let without_cortex = share(&|sight| sight != Sight::Cortex);
+        let bare_share = share(&|sight| sight == Sight::Bare);
+        if bare_share > MOST_WITHOUT && !options.takes_no_cortex {
+            return Err(Refused::NoCortex {
+                share: 100.0 * bare_share,
+                most: self.contrast_hu,
+            });
+        }
+        // why: a thin cortex in thick slices is not told from contrast medium, the crest above all; where a label map tells bone from vessels,
+        // that counts more.
+        let is_named = matches!(options.region, Region::Labelled { .. });
+        if options.takes_no_cortex || is_named {
+            return Ok(Judged {
+                bare: Vec::new(),
+                without_cortex,
+                is_heard: true,
+            });
+        }
+        for state in states.iter_mut() {
+            if matches!(state, Ok(place) if place.sight == Sight::Bare) {
+                *state = Err(Lost::Bare);
+            }
+        }
+        Ok(Judged {
+            bare,
+            without_cortex,
+            is_heard: false,
         })
     }
 

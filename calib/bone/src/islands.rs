@@ -29,7 +29,7 @@ fn used(triangles: &[[u32; 3]]) -> usize {
 }
 
 /// The piece of each triangle: the first triangle of it.
-fn pieces(triangles: &[[u32; 3]]) -> Vec<usize> {
+pub(crate) fn pieces(triangles: &[[u32; 3]]) -> Vec<usize> {
     let mut edges: Vec<([u32; 2], usize)> = Vec::with_capacity(3 * triangles.len());
     for (i, [a, b, c]) in triangles.iter().enumerate() {
         for (p, q) in [(a, b), (b, c), (c, a)] {

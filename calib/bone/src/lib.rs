@@ -11,6 +11,7 @@
 //! | the voxels about it, up to what rises behind or before it | `patch` |
 //! | tissue, cortex and inside, blurred, fitted to them; by nearness to the smooth surface, without interpolation | `model`, `solve` |
 //! | blur, kurtosis, cortex's HU and thickness, noise: what all places share, from 400 of them | `scanner` |
+//! | contrast medium fitted instead of cortex; where it does as well no cortex is seen, where it does better there is none | [`Contrast`], [`Sight`] |
 //! | corners without a position of their own left out, and why | [`Lost`], [`Bone`] |
 //!
 //! The threshold decides the topology and nothing else: it lies 0.5 to 1.7 mm outside the bone. The deviation of a place has its voxels'
@@ -39,6 +40,7 @@
 
 mod component;
 mod components;
+mod contrast;
 mod enclosed;
 mod error;
 mod extract;
@@ -49,20 +51,25 @@ mod model;
 mod normal;
 mod optics;
 mod patch;
+mod place;
 mod quadric;
 mod region;
 mod result;
 mod scanner;
 mod shell;
+mod sight;
 mod solve;
 mod uneven;
 mod voxels;
 
 pub use component::Component;
+pub use contrast::Contrast;
 pub use error::Refused;
 pub use extract::{Options, Progress, extract};
 pub use patch::Lost;
+pub use place::{Place, Sight};
 pub use region::{Cut, IsLabelled, Region};
-pub use result::{Bone, Place, ScannerFound};
+pub use result::{Bone, ScannerFound};
 pub use shell::MOST_TRIANGLES;
+pub use sight::Bare;
 pub use voxels::{VoxelBox, Voxels};

@@ -40,11 +40,13 @@ pub enum Lost {
     Island,
     /// Bone is nearly all around before it: the wall of a cavity that is open somewhere.
     Inner,
+    /// It has no cortex: contrast medium explains what is there.
+    Bare,
 }
 
 impl Lost {
     /// All, in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::End,
         Self::Cut,
         Self::Other,
@@ -55,6 +57,7 @@ impl Lost {
         Self::Stray,
         Self::Island,
         Self::Inner,
+        Self::Bare,
     ];
 
     /// In words.
@@ -70,6 +73,7 @@ impl Lost {
             Self::Stray => "off from its neighbours",
             Self::Island => "a small piece that stands alone",
             Self::Inner => "the wall of a cavity: bone nearly all around before it",
+            Self::Bare => "no cortex: a vessel or an organ with contrast medium",
         }
     }
 }

@@ -54,7 +54,7 @@ impl Adjacent {
     }
 
     /// The corner itself and those within `reach` mm that hang together with it, the nearest rings first.
-    fn around(&self, corners: &[Vector3<f64>], corner: usize, reach: f64, found: &mut Vec<u32>) {
+    pub(crate) fn around(&self, corners: &[Vector3<f64>], corner: usize, reach: f64, found: &mut Vec<u32>) {
         found.clear();
         found.push(corner as u32);
         let mut next = 0;

@@ -111,11 +111,14 @@ pub(crate) fn choose(
         is_bone(&crop, at) && allowed.as_ref().is_none_or(|a| a[at] == 1)
     })?;
     if bodies.list.is_empty() {
-        let brightest = crop.hu.iter().copied().max().unwrap_or(i16::MIN);
-        return Err(Refused::NoBone {
+        // Of the region, not of the CT: what is kept out or cut away is not meant.
+        let is_in = |at: &usize| allowed.as_ref().is_none_or(|a| a[*at] == 1) && crop.hu[*at] < levels.metal_hu;
+        let brightest = (0..crop.hu.len()).filter(is_in).map(|at| crop.hu[at]).max();
+        return Err(brightest.map_or(Refused::Empty, |brightest| Refused::NoBone {
             level: levels.bone_hu,
+            metal: levels.metal_hu,
             brightest,
-        });
+        }));
     }
     let count = bodies.list.iter().take_while(|body| body.volume_ml >= LEAST_ML).count();
     let listed: Vec<Component> = bodies.list[..count.max(1)].iter().take(LISTED).copied().collect();

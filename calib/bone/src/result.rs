@@ -1,57 +1,16 @@
 //! What was taken from a CT.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Vector3;
 
 use crate::component::Component;
 use crate::islands::without_islands;
 use crate::patch::Lost;
+use crate::place::{Place, Sight, State};
 use crate::scanner::Scanner;
 use crate::shell::Shell;
-
-/// Less than this beyond what is inside is no cortex, HU mm.
-pub(crate) const LEAST_CORTEX: f64 = 150.0;
-/// Nor is less than so many times what a step from tissue to inside has over the blur's width: fitted to a mere step, a thin layer takes
-/// up what is wrong with the blur.
-const LEAST_OF_STEP: f64 = 0.8;
-/// What has so many HU behind its surface is cortex throughout.
-const SOLID_HU: f64 = 600.0;
-
-/// A place of the bone's surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
-    /// Where, mm (left, posterior, superior).
-    pub mm: Vector3<f64>,
-    /// Outwards, of length 1.
-    pub normal: Vector3<f64>,
-    /// How far outside the smoothed surface of the threshold it lies, mm; mostly below 0.
-    pub outer_mm: f64,
-    /// Deviation along the normal, mm, that this place has for itself; neighbours less than two voxels away share voxels and most of it.
-    pub deviation_mm: f64,
-    /// Deviation along the normal, mm, by what all places share: the scanner's blur and the cortex's HU.
-    pub shared_mm: f64,
-    /// Thickness of the cortex that fits, mm.
-    pub thickness_mm: f64,
-    /// Deviation of its logarithm: where it is large, the thickness is what was expected.
-    pub thickness_log_deviation: f64,
-    /// HU of the cortex.
-    pub cortex_hu: f64,
-    /// HU behind it.
-    pub inside_hu: f64,
-    /// HU before it.
-    pub tissue_hu: f64,
-}
-
-impl Place {
-    /// Deviation along the normal, mm, of all that is known.
-    pub fn total_mm(&self) -> f64 {
-        self.deviation_mm.hypot(self.shared_mm)
-    }
-}
-
-/// A place, or why it is lost.
-pub(crate) type State = Result<Place, Lost>;
+use crate::sight::{Bare, Judged};
 
 /// What was found of the scanner.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,19 +60,23 @@ impl ScannerFound {
 pub struct Bone {
     /// Its places.
     pub places: Vec<Place>,
-    /// Triangles, anticlockwise seen from outside.
+    /// Triangles, anticlockwise seen from outside, where cortex is seen: the surface to register with.
     pub triangles: Vec<[u32; 3]>,
+    /// Those where it is not and yet may be: bone to be looked at, not to register with. Empty where a surface without cortex was asked for.
+    pub unseen: Vec<[u32; 3]>,
+    /// What was left out as it has no cortex, the largest first.
+    pub bare: Vec<Bare>,
     /// The scanner.
     pub scanner: ScannerFound,
     /// Corners of the threshold's outer surface.
     pub threshold_corners: usize,
     /// How many of them have no position, by the reason.
     pub lost: BTreeMap<Lost, usize>,
-    /// Area of the threshold's outer surface, and of what is left of it, mm^2.
-    pub area_mm2: [f64; 2],
+    /// Area of the threshold's outer surface, of what is left of it with cortex, and of what is left without, mm^2.
+    pub area_mm2: [f64; 3],
     /// Triangles of cavities, left out.
     pub inner_triangles: usize,
-    /// Share of the places that have no cortex.
+    /// Share of the fitted places without cortex that is seen, those that were left out with it.
     pub without_cortex: f64,
     /// The body above the threshold.
     pub body: Component,
@@ -124,25 +87,32 @@ pub struct Bone {
 }
 
 impl Bone {
+    /// The places that a registration hears: those with cortex, or all where nothing is marked.
+    pub fn heard(&self) -> impl Iterator<Item = &Place> {
+        let is_all = self.unseen.is_empty();
+        self.places.iter().filter(move |p| is_all || p.sight == Sight::Cortex)
+    }
+
     /// Root mean square deviation of a place by itself, mm.
     pub fn deviation_rms_mm(&self) -> f64 {
-        rms(self.places.iter().map(|p| p.deviation_mm))
+        rms(self.heard().map(|p| p.deviation_mm))
     }
 
     /// Root mean square deviation by what all places share, mm.
     pub fn shared_rms_mm(&self) -> f64 {
-        rms(self.places.iter().map(|p| p.shared_mm))
+        rms(self.heard().map(|p| p.shared_mm))
     }
 
     /// Quantile of the places' whole deviation, mm.
     pub fn quantile_mm(&self, share: f64) -> f64 {
-        fit::quantile(self.places.iter().map(Place::total_mm).collect(), share)
+        fit::quantile(self.heard().map(Place::total_mm).collect(), share)
     }
 
     pub(crate) fn gather(
         shell: &Shell,
         states: &[State],
         scanner: ScannerFound,
+        judged: Judged,
         (body, listed, metal_voxels): (Component, Vec<Component>, u64),
     ) -> Self {
         let mut lost: BTreeMap<Lost, usize> = BTreeMap::new();
@@ -174,33 +144,50 @@ impl Bone {
                 places.push(*p);
             }
         }
-        let triangles: Vec<[u32; 3]> = kept.iter().map(|t| t.map(|i| new_of[i as usize])).collect();
+        let triangles = kept.iter().map(|t| t.map(|i| new_of[i as usize]));
+        let is_seen = |t: &[u32; 3]| judged.is_heard || t.iter().all(|i| places[*i as usize].sight == Sight::Cortex);
+        let (triangles, mut unseen): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(is_seen);
+        // why: what is not seen leaves scraps between, which tell nothing of a pose, nor which side of them is the bone's.
+        let (triangles, scraps) = hanging(triangles, |t| area(t.map(|i| places[i as usize].mm)));
+        unseen.extend(scraps);
+        if !judged.is_heard {
+            let heard: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+            let others = (0..).zip(&mut places).filter(|(i, _)| !heard.contains(i));
+            others
+                .filter(|(_, place)| place.sight == Sight::Cortex)
+                .for_each(|(_, place)| place.sight = Sight::Unseen);
+        }
         let before = shell
             .triangles
             .iter()
             .map(|t| area(t.map(|i| shell.corners[i as usize])))
             .sum();
-        let after = triangles.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
-        let blur = scanner.blur_mm[0].min(scanner.blur_mm[1]);
-        let bare = |p: &&Place| {
-            let least = LEAST_CORTEX.max(LEAST_OF_STEP * blur * (p.inside_hu - p.tissue_hu));
-            p.inside_hu < SOLID_HU && (p.cortex_hu - p.inside_hu) * p.thickness_mm < least
-        };
-        let without_cortex = places.iter().filter(bare).count() as f64 / (places.len() as f64).max(1.0);
+        let whole = |t: &[[u32; 3]]| t.iter().map(|t| area(t.map(|i| places[i as usize].mm))).sum();
+        let (seen_mm2, unseen_mm2) = (whole(&triangles), whole(&unseen));
         Self {
             places,
             triangles,
+            unseen,
+            bare: judged.bare,
             scanner,
             threshold_corners: states.len(),
             lost,
-            area_mm2: [before, after],
+            area_mm2: [before, seen_mm2, unseen_mm2],
             inner_triangles: shell.inner,
-            without_cortex,
+            without_cortex: judged.without_cortex,
             body,
             listed,
             metal_voxels,
         }
     }
+}
+
+/// The triangles that hang together as a surface, and the others.
+fn hanging(triangles: Vec<[u32; 3]>, area: impl Fn(&[u32; 3]) -> f64) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
+    let (kept, _) = without_islands(balanced(triangles.clone()), area);
+    let stays: BTreeSet<[u32; 3]> = kept.iter().copied().collect();
+    let others = triangles.into_iter().filter(|t| !stays.contains(t)).collect();
+    (kept, others)
 }
 
 /// Whether a triangle's corners all have a position, and it was not turned over by their moves.
@@ -240,4 +227,20 @@ fn balanced(mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0_u32), |(s, n), v| (s + v * v, n + 1));
     (sum / f64::from(count.max(1))).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::hanging;
+
+    /// Three triangles that were left between marked ones stood inside out, and the whole surface was refused for them.
+    #[test]
+    fn scraps_between_marked_triangles_are_no_surface() {
+        let strip = |first: u32, count: u32| (0..count).map(move |i| [first + i, first + i + 1, first + i + 2]);
+        // Each second one is turned, as the strip's neighbours are.
+        let turned = |(i, t): (usize, [u32; 3])| if i % 2 == 0 { t } else { [t[1], t[0], t[2]] };
+        let of = |first, count| strip(first, count).enumerate().map(turned);
+        let (kept, scraps) = hanging(of(0, 200).chain(of(300, 3)).collect(), |_| 1.0);
+        assert_eq!((kept.len(), scraps), (200, of(300, 3).collect()));
+    }
 }

@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::model::Unknowns;
 use crate::patch::Patch;
-use crate::solve::{Fit, Noise, Priors, fit, information};
+use crate::solve::{Fit, Layer, Noise, Priors, fit, information};
 use crate::uneven::{Says, uneven};
 
 /// Rounds of fitting places and what they share in turn.
@@ -97,6 +97,7 @@ impl Scanner {
             inside_hu: [150.0, 250.0],
             tissue_hu: [30.0, 150.0],
             log_thickness: self.log_thickness,
+            layer: Layer::CORTEX,
         }
     }
 

@@ -11,10 +11,6 @@ pub(crate) type Information = SMatrix<f64, 5, 5>;
 const MOST_STEPS: usize = 25;
 /// It ends where a step changes the cost by less.
 const SETTLED: f64 = 1e-5;
-/// Thicknesses tried at the start, mm.
-const THICKNESSES: [f64; 3] = [0.6, 1.5, 3.5];
-/// Range of the thickness, mm.
-const THICKNESS_MM: [f64; 2] = [0.1, 15.0];
 /// Positions tried at the start, in deviations of the blur.
 const POSITIONS: [f64; 6] = [0.6, 0.0, -0.6, -1.2, -1.8, -2.4];
 
@@ -28,6 +24,33 @@ pub(crate) struct Priors {
     pub(crate) inside_hu: [f64; 2],
     pub(crate) tissue_hu: [f64; 2],
     pub(crate) log_thickness: [f64; 2],
+    pub(crate) layer: Layer,
+}
+
+/// What the layer between tissue and inside may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Layer {
+    /// Thicknesses tried at the start, mm.
+    pub(crate) tried_mm: [f64; 3],
+    /// Range of the thickness, mm.
+    pub(crate) thickness_mm: [f64; 2],
+    /// Most HU.
+    pub(crate) most_hu: f64,
+}
+
+impl Layer {
+    /// Cortex.
+    pub(crate) const CORTEX: Self = Self {
+        tried_mm: [0.6, 1.5, 3.5],
+        thickness_mm: [0.1, 15.0],
+        most_hu: f64::INFINITY,
+    };
+
+    fn held(&self, mut at: Unknowns) -> Unknowns {
+        at[1] = at[1].clamp(self.thickness_mm[0].ln(), self.thickness_mm[1].ln());
+        at[2] = at[2].min(self.most_hu);
+        at
+    }
 }
 
 impl Priors {
@@ -39,6 +62,12 @@ impl Priors {
             self.inside_hu[0],
             self.tissue_hu[0],
         )
+    }
+
+    /// Squares of what is off from what is known, in its deviations.
+    pub(crate) fn squares(&self, at: &Unknowns) -> f64 {
+        let off = at - self.mean();
+        off.component_mul(&off).dot(&self.weights())
     }
 
     /// One over variances. The position has none.
@@ -108,7 +137,7 @@ pub(crate) fn fit(patch: &Patch, priors: &Priors, noise_hu: f64, start: Option<U
 /// The best start of each of two thicknesses: with position and thickness held the model is linear.
 fn starts(patch: &Patch, priors: &Priors, noise_hu: f64) -> Vec<Unknowns> {
     let mut best: Vec<(f64, Unknowns)> = Vec::new();
-    for thickness in THICKNESSES {
+    for thickness in priors.layer.tried_mm {
         let tried = POSITIONS.iter().filter_map(|p| {
             let outer = p * patch.place.blur_mm;
             linear(patch, priors, noise_hu, outer, thickness)
@@ -131,15 +160,20 @@ fn linear(patch: &Patch, priors: &Priors, noise_hu: f64, outer: f64, thickness: 
         right += sample.weight * per * sample.hu * row;
     }
     let hu = matrix.cholesky()?.solve(&right);
-    let at = Unknowns::new(outer, thickness.ln(), hu[0], hu[1], hu[2]);
+    let at = priors
+        .layer
+        .held(Unknowns::new(outer, thickness.ln(), hu[0], hu[1], hu[2]));
     Some((cost(patch, priors, noise_hu, &at), at))
 }
 
+/// Weighted squares of the residuals, HU^2.
+pub(crate) fn squares(patch: &Patch, at: &Unknowns) -> f64 {
+    let square = |s: &crate::patch::Sample| s.weight * (s.hu - patch.place.hu(at, s.x)).powi(2);
+    patch.samples.iter().map(square).sum()
+}
+
 fn cost(patch: &Patch, priors: &Priors, noise_hu: f64, at: &Unknowns) -> f64 {
-    let square = |sample: &crate::patch::Sample| sample.weight * (sample.hu - patch.place.hu(at, sample.x)).powi(2);
-    let squares: f64 = patch.samples.iter().map(square).sum();
-    let off = at - priors.mean();
-    0.5 * (squares / (noise_hu * noise_hu) + off.component_mul(&off).dot(&priors.weights()))
+    0.5 * (squares(patch, at) / (noise_hu * noise_hu) + priors.squares(at))
 }
 
 /// Normal equations of the voxels and of the priors: information, gradient.
@@ -181,8 +215,7 @@ fn descend(patch: &Patch, priors: &Priors, noise_hu: f64, start: Unknowns) -> Op
             let mut damped = full;
             (0..5).for_each(|k| damped[(k, k)] *= 1.0 + damping);
             let step = damped.cholesky()?.solve(&gradient);
-            let mut next = at - step;
-            next[1] = next[1].clamp(THICKNESS_MM[0].ln(), THICKNESS_MM[1].ln());
+            let next = priors.layer.held(at - step);
             let then = cost(patch, priors, noise_hu, &next);
             if then <= now {
                 let is_settled = now - then < SETTLED;
@@ -200,8 +233,7 @@ fn descend(patch: &Patch, priors: &Priors, noise_hu: f64, start: Unknowns) -> Op
         }
     }
     let (information, _) = normal_equations(patch, noise_hu, &at);
-    let square = |s: &crate::patch::Sample| s.weight * (s.hu - patch.place.hu(&at, s.x)).powi(2);
-    let squares: f64 = patch.samples.iter().map(square).sum();
+    let squares = squares(patch, &at);
     let weight: f64 = patch.samples.iter().map(|s| s.weight).sum();
     at.iter().all(|x| x.is_finite()).then(|| Fit {
         at,

@@ -40,6 +40,10 @@ each normal of its surface tissue, cortex and what is inside, blurred as the sca
 corner its position, and its deviation. Blur, noise and the HU of cortex come from the CT itself. Corners without a position of their \
 own (a joint that was cut, the CT's end, another bone too near, metal) are left out: the surface is open there, and it is said how much.
 
+What has no cortex is no bone: where a layer of at most --contrast-hu explains the voxels better than cortex does, a vessel or an organ with \
+contrast medium, the surface is left out, and it is said where. Where neither is told, as with cortex that is thin against the voxels, \
+the corners stay in the file, marked, and no triangle holds them: nothing registers to them. --accept-no-cortex takes all of it, and so does a label map that names the bone, unless most of it is contrast medium.
+
 Which bone: --labels with --label, --box, --seed, or --component. Without one of them what is above the threshold is listed, and where \
 there are several bodies nothing is chosen: the largest may be the heart of a CT with contrast, or bones that touch in a joint. Of a \
 label map all other labels as bright as bone are kept out; without one --cut cuts a joint by a plane.
@@ -68,10 +72,13 @@ pub(crate) struct BoneArgs {
     /// Metal has at least so many HU
     #[arg(long, value_name = "HU", default_value = "3000", allow_hyphen_values = true)]
     metal_hu: i16,
+    /// Vessels and organs with contrast medium have at most so many HU: a surface that so many explain has no cortex. 0 of a CT without contrast medium: all of it is bone then
+    #[arg(long, value_name = "HU", default_value = "450", allow_hyphen_values = true)]
+    contrast_hu: f64,
     /// The scanner's blur in the slices' plane and across it, deviations of a Gaussian [default: found from the CT]
     #[arg(long, value_names = ["PLANE", "ACROSS"], num_args = 2, allow_hyphen_values = true)]
     blur_mm: Option<Vec<Positive>>,
-    /// Take a surface of which most has no cortex
+    /// Take what has no cortex too, and register to it
     #[arg(long)]
     accept_no_cortex: bool,
     /// Take the numbers of another modality than CT as HU; the result's file says so
@@ -182,6 +189,7 @@ impl BoneArgs {
             excluded: if labelled.is_some() { &excluded } else { &nothing },
             level_hu: self.threshold_hu.0,
             metal_hu: self.metal_hu,
+            contrast_hu: self.contrast_hu,
             blur_mm: blur.and_then(|b| Some([b.first()?.0, b.get(1)?.0])),
             threads: std::thread::available_parallelism().map_or(1, |n| n.get().min(MOST_THREADS)),
             takes_no_cortex: self.accept_no_cortex,

@@ -161,6 +161,15 @@ pub enum Refused {
         /// Sum of squared residuals in units of the noise given.
         chi_squared: [f64; 2],
     },
+    /// The mirror image of the touches fits better.
+    #[error(
+        "the mirror image of the touches fits the drawing better, chi-square {:.1} against {:.1}: the localizer's axes are left-handed, or \
+         one has the wrong sign", .chi_squared[1], .chi_squared[0]
+    )]
+    Mirrored {
+        /// Sum of squared residuals in units of the noise given: of the touches, and of their mirror image.
+        chi_squared: [f64; 2],
+    },
     /// The covariance that came out is not one.
     #[error(transparent)]
     Covariance(#[from] geometry::uncertain::CovarianceError),

@@ -1,12 +1,18 @@
 //! The place of the base from touches.
 
 use geometry::Frame;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::result::Solved;
 use super::search::{Found, Touched};
 use super::touches::{centred, check, noise};
 use super::{Drawing, Feature, Group, Located, Options, Refused};
+
+/// Squares of residuals that a mirror image has at most half of are not those of chance: of a drawing that is nearly its own mirror image
+/// both have nearly the same.
+const HALF: f64 = 2.0;
+/// Residuals below this part of the noise given are rounding.
+const EXACT: f64 = 1e-6;
 
 /// Locates the base from groups of touches, one or more for each feature.
 ///
@@ -14,8 +20,8 @@ use super::{Drawing, Feature, Group, Located, Options, Refused};
 /// Touches beyond the gate, past a groove's end included, are left out. Domain: coordinates up to 1e6 mm.
 ///
 /// # Errors
-/// [`Refused::NoFit`], [`Refused::WrongOrder`], [`Refused::Ambiguous`], [`Refused::Unsolvable`], and what is wrong with
-/// the input.
+/// [`Refused::NoFit`], [`Refused::WrongOrder`], [`Refused::Ambiguous`], [`Refused::Mirrored`], [`Refused::Unsolvable`], and what is
+/// wrong with the input.
 pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Options) -> Result<Located<F>, Refused> {
     options.check()?;
     check(groups)?;
@@ -29,6 +35,7 @@ pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Option
     // `Ambiguous`.
     result.held(options)?;
     unique(&found, drawing, options, found[0].noise_ratio)?;
+    handed(&touched, &labels, (drawing, options), &found[0])?;
     result.located(centre, groups, options)
 }
 
@@ -114,4 +121,33 @@ fn unique(found: &[Found], drawing: &Drawing, options: &Options, noise_ratio: f6
             chi_squared: [best.chi_squared, second.chi_squared],
         })
     })
+}
+
+/// Refuses touches whose mirror image fits the drawing clearly better: a localizer's axes that are left-handed.
+fn handed(
+    touched: &Touched,
+    labels: &[Option<Feature>],
+    (drawing, options): (&Drawing, &Options),
+    best: &Found,
+) -> Result<(), Refused> {
+    let flip = Matrix3::from_diagonal(&Vector3::new(-1.0, 1.0, 1.0));
+    let places = touched.groups.iter().map(|g| g.iter().map(|p| flip * p).collect());
+    let noise = touched
+        .noise
+        .iter()
+        .map(|g| g.iter().map(|c| c.map(|c| flip * c * flip)).collect());
+    // Lines and planes of an image are not those of the touches, nor are their noises' axes.
+    let image = Touched::new(places.collect(), noise.collect(), labels, options.limit_mm());
+    let Ok(found) = accepted(&image, labels, drawing, options) else {
+        return Ok(());
+    };
+    let chi_squared = [best.chi_squared, found[0].chi_squared];
+    let margin = (options.gate * found[0].noise_ratio.max(1.0)).powi(2);
+    // why: with a noise told too large both lie within it, and which of the two the touches are shows in their ratio alone; of exact
+    // touches of a drawing that is its own mirror image that is rounding.
+    let is_half = chi_squared[0] >= HALF * chi_squared[1] && best.noise_ratio > EXACT;
+    if chi_squared[0] - chi_squared[1] < margin && !is_half {
+        return Ok(());
+    }
+    Err(Refused::Mirrored { chi_squared })
 }

@@ -35,7 +35,8 @@ pub struct RejectedTouch {
 /// The place of the base with all that is known of its error.
 #[derive(Debug, Clone)]
 pub struct Located<F: Frame> {
-    /// `f_from_base`, with the covariance that the noise given makes, and what touches share.
+    /// `f_from_base`, with the covariance that the noise makes, the given or what the residuals show where that is more, and what touches
+    /// share.
     pub place: Uncertain<F, Base>,
     /// The feature of each group, as given or as found.
     pub assignment: Vec<Feature>,
@@ -140,8 +141,9 @@ impl<'a> Solved<'a> {
         list
     }
 
-    /// `N^-1 (N + S S^T - sum P P^T) N^-1 sigma^2`, with turns in radians: `N = J^T J`; `P` of a touch is `J^T U`, with `U` what it
-    /// shares with all others, and `S` the sum of all. What is shared adds up, and errors of its own do not.
+    /// `N^-1 (q (N - sum P P^T) + S S^T) N^-1 sigma^2`, with turns in radians: `N = J^T J`; `P` of a touch is `J^T U`, with `U` what it
+    /// shares with all others, and `S` the sum of all. What is shared adds up, and errors of its own do not: of these `q` is the square of
+    /// the noise ratio, 1 at least.
     fn covariance<F: Frame>(&self, groups: &[Group<F>]) -> Option<Matrix6<f64>> {
         let inverse = self.matrix.cholesky()?.inverse();
         let (mut sum, mut alone) = (Matrix6x3::zeros(), Matrix6::zeros());
@@ -150,7 +152,9 @@ impl<'a> Solved<'a> {
             alone += part * part.transpose();
         }
         // The noise given holds the shared part as if each touch had drawn its own: that goes out again.
-        let middle = self.matrix + sum * sum.transpose() - alone;
+        // Residuals show what touches do not share: that alone may be more than was given.
+        let own = (self.matrix - alone) * self.found.noise_ratio.max(1.0).powi(2);
+        let middle = own + sum * sum.transpose();
         let whole = inverse * middle * inverse * self.sigma_mm.powi(2);
         let inverse = (whole + whole.transpose()) * 0.5;
         let mut scale = Matrix6::identity();

@@ -16,6 +16,9 @@ use crate::coverage::Coverage;
 const MIN_POSES: usize = 3;
 /// A motion whose widest principal angle is below this is noise, degrees.
 const STILL_DEG: f64 = 0.5;
+/// So many deviations of the rotations' noise is the second principal angle at least: one that is noise alone is twice its deviation,
+/// and a sixteenth of the square of one that is just taken.
+const NOISES: f64 = 8.0;
 /// Where the first principal angle is this many times the second, the motion has one axis.
 const ONE_AXIS: f64 = 4.0;
 
@@ -38,7 +41,19 @@ pub fn calibrate<To: Frame, From: Frame>(
     // And once more of those that agree: slipped poses may have made most of the motion.
     let coverage = agreeing(poses, &solved, options.method)?;
     let covariance = covariance(&problem, &solved, options);
-    Ok(result(&problem, &solved, coverage, covariance, options))
+    let found = result(&problem, &solved, coverage, covariance, options);
+    if solved.squares.is_none() {
+        // why: of a method that forgets no slip the residuals show the slips, and no noise.
+        let judge = Options {
+            method: Method::ErrorsInVariables,
+            ..*options
+        };
+        return match calibrate::<To, From>(poses, &judge) {
+            Ok(_) | Err(Refused::NoConsensus { .. }) => Ok(found),
+            Err(refused) => Err(refused),
+        };
+    }
+    turned(found)
 }
 
 /// Calibrates tip and pivot from poses with a covariance each, by errors-in-variables with weights that forget poses that
@@ -62,7 +77,25 @@ pub fn calibrate_each<To: Frame, From: Frame>(poses: &[Uncertain<To, From>]) -> 
         method,
         noise: noise.typical,
     };
-    Ok(result(&problem, &solved, coverage, covariance, &options))
+    turned(result(&problem, &solved, coverage, covariance, &options))
+}
+
+/// A calibration whose second axis of turning is more than the noise of the rotations.
+///
+/// Noise counts as turning: of a hinge it is all that there is about a second axis, and the tip along the first is then made of noise, with a
+/// covariance of first order that knows nothing of it.
+fn turned<To: Frame, From: Frame>(found: Pivot<To, From>) -> Result<Pivot<To, From>, Refused> {
+    let noise_deg = found.estimated.sigma_rad.to_degrees();
+    let angles_deg = found.coverage.angles_deg();
+    if angles_deg[1] >= NOISES * noise_deg {
+        return Ok(found);
+    }
+    Err(Refused::Noise {
+        missing: found.coverage.principal[1].axis.into(),
+        angles_deg,
+        noise_deg,
+        least_deg: NOISES * noise_deg,
+    })
 }
 
 /// The coverage by the poses of weight above zero, where it determines a tip.

@@ -76,6 +76,22 @@ pub enum Refused {
         /// The least half opening, degrees.
         least_deg: f64,
     },
+    /// The cone is hardly more than the noise of the rotations.
+    #[error(
+        "the poses fill a cone of {:.2} degrees, of which noise of the rotations of {noise_deg:.2} degrees may be the most: at least \
+         {least_deg:.1} are needed with so much noise; rotate more about {}",
+        angles_deg[1], missing
+    )]
+    Noise {
+        /// The axis about which least was done that counts.
+        missing: Named,
+        /// Principal angles, degrees.
+        angles_deg: [f64; 3],
+        /// The noise of the rotations that the residuals show, a standard deviation about each axis, degrees.
+        noise_deg: f64,
+        /// The least half opening, degrees.
+        least_deg: f64,
+    },
     /// Too few of the poses agree.
     #[error("{found} of {poses} poses agree on a pivot; {needed} are needed: the tip did not stay in place")]
     NoConsensus {

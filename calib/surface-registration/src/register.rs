@@ -4,9 +4,11 @@ mod check;
 mod error;
 mod margin;
 mod moved;
+mod normal;
 mod parts;
 mod result;
 mod rows;
+mod sensitivity;
 mod start;
 mod suspect;
 
@@ -17,6 +19,7 @@ pub use error::RegisterError;
 pub use moved::{Halves, OrderCheck};
 pub use parts::{Class, PointResult};
 pub use result::{Other, SurfaceRegistration};
+pub use sensitivity::GrossError;
 pub use start::{Landmark, Start};
 
 use crate::points::Points;

@@ -201,6 +201,40 @@ pub(crate) fn long_stages(end: f64) -> [[Stage; 2]; 3] {
     [[wide(40.0), wide(20.0)], [wide(10.0), wide(5.0)], polish_stages(end)]
 }
 
+/// So many fits must lead to a pose that a verdict takes: one as wide as it was missed by all of them with a chance of 5 %.
+pub(crate) const LEAST_HITS: usize = 3;
+
+/// By how many times more is tried where fewer fits led to the best pose.
+const MORE: usize = 4;
+
+impl Effort {
+    /// The same and more, of other draws.
+    fn more(&self) -> Self {
+        Self {
+            seeds: self.seeds.saturating_mul(MORE),
+            pairs: self.pairs.saturating_mul(MORE),
+            tried: self.tried.saturating_mul(MORE),
+            seed: self.seed ^ 0x6d6f_7265,
+            ..*self
+        }
+    }
+}
+
+impl Searched {
+    /// Both searches as one: what they found, each minimum once, with the fits of both.
+    fn with(self, other: Self, radius_mm: f64) -> Self {
+        let both = self.minima.into_iter().chain(other.minima);
+        let both = both.map(|minimum| (minimum.ended.cost, minimum.ended, minimum.hits));
+        Self {
+            minima: distinct::ends(both.collect(), radius_mm, FINE_MM),
+            seeds: self.seeds + other.seeds,
+            fits: self.fits + other.fits,
+        }
+    }
+}
+
+/// Searches, and once more with other draws and more of them where the best pose was hardly found: a second time only, as who searches until
+/// a pose came often enough knows less by that.
 pub(crate) fn search(
     solver: &Solver<'_>,
     exact: &Exact<'_>,
@@ -208,6 +242,14 @@ pub(crate) fn search(
     seeds: &Seeds<'_>,
     effort: &Effort,
 ) -> Searched {
+    let searched = once(solver, exact, cloud, seeds, effort);
+    if searched.minima.first().is_some_and(|best| best.hits >= LEAST_HITS) {
+        return searched;
+    }
+    searched.with(once(solver, exact, cloud, seeds, &effort.more()), cloud.radius_mm)
+}
+
+fn once(solver: &Solver<'_>, exact: &Exact<'_>, cloud: &Cloud, seeds: &Seeds<'_>, effort: &Effort) -> Searched {
     let sample = cloud.thinned(effort.sample);
     let blunt = solver.blunt(&sample);
     let scorer = Scorer::new(solver, &sample);

@@ -9,7 +9,8 @@ use std::fmt;
 use geometry::{Frame, Point};
 
 use crate::free::{Free, free};
-use crate::register::SurfaceRegistration;
+use crate::register::{Class, GrossError, PointResult, SurfaceRegistration};
+use crate::search::LEAST_HITS;
 use crate::solve::MOST_BEYOND;
 use crate::tail::{Tail, tail};
 
@@ -25,15 +26,17 @@ pub struct Limits {
     pub noise_sigmas: f64,
     /// Cost of the nearest other minimum over that of the result, squares of deviations, at least.
     pub least_margin: f64,
-    /// Share of the points that fit, at least.
+    /// Share, of the points of which the surface says something, that fit, at least.
     pub least_share: f64,
     /// Points that fit, at least.
     pub least_kept: f64,
-    /// Share of the points whose beam comes from inside the bone, at most.
+    /// Share, of the points of which the surface says something, whose beam comes from inside the bone, at most: of a right pose only echoes
+    /// face away.
     pub most_facing_away: f64,
     /// Share of the points beyond an open border, at most.
     pub most_beyond: f64,
-    /// Root mean square target registration error predicted at each target, mm, at most.
+    /// Root mean square target registration error predicted at each target, mm, at most; and, where points were left out as gross errors, the
+    /// most that one more of them would put a target off to first order ([`SurfaceRegistration::gross_error`]).
     pub most_tre_mm: f64,
     /// Fits of the search that led to the result, at least: what was found once only stands for places that were not found at all.
     pub least_hits: usize,
@@ -56,10 +59,10 @@ impl Default for Limits {
             least_margin: 15.0,
             least_share: 0.5,
             least_kept: 15.0,
-            most_facing_away: 0.3,
+            most_facing_away: 0.15,
             most_beyond: MOST_BEYOND,
             most_tre_mm: 2.0,
-            least_hits: 3,
+            least_hits: LEAST_HITS,
             most_landmark_ratio: 5.0,
             most_tail: 10.0,
             most_prior: 3.0,
@@ -134,6 +137,15 @@ pub enum Refusal {
         found_mm: f64,
         /// At most allowed, mm.
         most_mm: f64,
+    },
+    /// There are gross errors among the points, and one more puts a target too far off: too few points, or one that alone holds a motion.
+    GrossError {
+        /// The point, its error and what it does.
+        found: GrossError,
+        /// At most allowed at a target, mm.
+        most_mm: f64,
+        /// How many points were left out.
+        left_out: usize,
     },
     /// A motion that the points do not hold.
     Free(Free),
@@ -255,6 +267,7 @@ impl Limits {
         }
         self.priors(found, &mut refusals);
         self.errors(found, targets, &mut refusals);
+        refusals.extend(self.gross_error(found, targets));
         refusals
     }
 
@@ -269,6 +282,25 @@ impl Limits {
                 refusals.push(Refusal::Prior { what, found, told });
             }
         }
+    }
+
+    /// What one more gross error may do, where there are such.
+    fn gross_error<To: Frame, From: Frame>(
+        &self,
+        found: &SurfaceRegistration<To, From>,
+        targets: &[Point<To>],
+    ) -> Option<Refusal> {
+        // why: without a sign of a gross error the predicted error holds, and 20 clean points would be refused for what is not among them.
+        let is_out = |point: &&PointResult| !matches!(point.class, Class::Kept | Class::Beyond);
+        let left_out = found.points.iter().filter(is_out).count();
+        let each = targets.iter().filter_map(|target| found.gross_error(*target));
+        let worst = each.max_by(|a, b| a.target_mm.total_cmp(&b.target_mm))?;
+        let is_held = left_out == 0 || worst.target_mm <= self.most_tre_mm;
+        (!is_held).then_some(Refusal::GrossError {
+            found: worst,
+            most_mm: self.most_tre_mm,
+            left_out,
+        })
     }
 
     fn noise<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
@@ -334,7 +366,7 @@ impl fmt::Display for Refusal {
             ),
             Self::Share { found, least } => write!(
                 f,
-                "{:.0} % of the points fit, at least {:.0} % is accepted",
+                "{:.0} % of the points of which the surface says something fit, at least {:.0} % is accepted",
                 found * 100.0,
                 least * 100.0
             ),
@@ -359,6 +391,17 @@ impl fmt::Display for Refusal {
                 f,
                 "the error predicted at target {} is {found_mm:.2} mm, at most {most_mm:.2} is accepted",
                 target + 1
+            ),
+            Self::GrossError {
+                found,
+                most_mm,
+                left_out,
+            } => write!(
+                f,
+                "{left_out} points were left out as gross errors, and one more, of {:.1} mm at the place of point {}, would put a target {:.1} mm off, at most {most_mm:.2} is accepted: take more points about it",
+                found.error_mm,
+                found.point + 1,
+                found.target_mm
             ),
             Self::Free(free) => write!(f, "not held: {free}"),
             Self::Hits { found, least, fits } => write!(

@@ -37,7 +37,9 @@ pub use emitters::{EmitterFrame, EmitterSight, TooManyEmitters};
 pub use event::{Event, Level};
 pub use frame::{Ages, FrameHeader, FrameStamp, FrameState, ImagePlane, LookError};
 pub use guide::{Chosen, Guide, GuideError};
-pub use heartbeat::{Counters, GPU_GIVEN_UP, Heartbeat, NOT_RECORDING, ProcessState, RECORDED_ANEW};
+pub use heartbeat::{
+    Counters, GPU_GIVEN_UP, Heartbeat, MAY_BE_OLDER, NOT_RECORDING, ProcessState, RECORDED_ANEW, may_be_older_ms,
+};
 pub use identity::{Identity, IdentitySource};
 pub use images::{Change, Images, ImagesError, ImagesWish};
 pub use lost::Lost;

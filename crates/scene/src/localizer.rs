@@ -17,6 +17,9 @@ const NAME_BYTES: usize = 64;
 /// As many tools as one frame of markers holds.
 const MOST_TOOLS: usize = 16;
 
+/// As many mm as a localizer that states metres may see far, m; none looks further than 10 m.
+const LEAST_DISTANCE_MM: f64 = 10.0;
+
 /// What a localizer speaks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -96,6 +99,9 @@ pub struct RawLocalizer {
     /// OpenIGTLink: the largest entry of `R^T R - I` that a matrix may have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_rotation_error: Option<f64>,
+    /// OpenIGTLink: a marker nearer to the localizer's origin than this has no pose, mm; absent: 10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_distance_mm: Option<f64>,
     /// OpenIGTLink: what follows on a connection that is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reconnect: Option<Reconnect>,
@@ -196,6 +202,8 @@ pub struct OpenIgtLinkSpec {
     pub stream: Option<Duration>,
     /// The largest entry of `R^T R - I` that a matrix may have.
     pub max_rotation_error: f64,
+    /// A marker nearer to the localizer's origin than this has no pose, mm: metres that are taken for mm lie there, and places that nobody set.
+    pub least_distance_mm: f64,
     /// What follows on a connection that is over.
     pub reconnect: Reconnect,
     /// A connection on which nothing comes for so long is given up.
@@ -293,6 +301,12 @@ fn of_other_kinds(raw: &RawLocalizer) -> Checked<()> {
             openigtlink.0,
             openigtlink.1,
         ),
+        of(
+            "least_distance_mm",
+            raw.least_distance_mm.is_some(),
+            openigtlink.0,
+            openigtlink.1,
+        ),
         of("silent_s", raw.silent_s.is_some(), openigtlink.0, openigtlink.1),
         of("reconnect", raw.reconnect.is_some(), openigtlink.0, openigtlink.1),
         of("images", raw.images.is_some(), openigtlink.0, openigtlink.1),
@@ -311,11 +325,13 @@ fn openigtlink(limit_s: f64, raw: &RawLocalizer) -> Checked<OpenIgtLinkSpec> {
         .stream_ms
         .map(|ms| number("localizer.stream_ms", ms, 1.0..=1000.0, "ms"));
     let error = raw.max_rotation_error.unwrap_or(2e-3);
+    let nearest_mm = raw.least_distance_mm.unwrap_or(LEAST_DISTANCE_MM);
     Ok(OpenIgtLinkSpec {
         peer: raw.peer.unwrap_or_default(),
         status: raw.status.unwrap_or_default(),
         stream: stream.transpose()?.map(|ms| Duration::from_secs_f64(ms / 1e3)),
         max_rotation_error: number("localizer.max_rotation_error", error, 1e-6..=1e-2, "")?,
+        least_distance_mm: number("localizer.least_distance_mm", nearest_mm, 0.0..=1000.0, "mm")?,
         reconnect: raw.reconnect.unwrap_or_default(),
         images: raw.images.as_ref().map(images::images).transpose()?,
         // A peer is asked each second, and has half of one to answer.

@@ -23,6 +23,16 @@ pub(super) enum PoseError {
         /// Its distance, mm.
         found_mm: f64,
     },
+    /// Where nothing can be: numbers in metres, or of nothing that was measured.
+    #[error(
+        "a place {found_mm:.0} mm from the localizer's origin; localizer.least_distance_mm allows {least_mm} mm and more: are its numbers metres?"
+    )]
+    Near {
+        /// Its distance, mm.
+        found_mm: f64,
+        /// What is allowed, mm.
+        least_mm: f64,
+    },
     /// A POSITION that has a place alone.
     #[error("a place without an orientation")]
     NoOrientation,
@@ -66,6 +76,16 @@ pub(super) fn of_position(position: &Position, allowed: f64) -> Result<Tool, Pos
     };
     let place = position.place;
     of_placed(&Placed { place, quaternion }, allowed)
+}
+
+/// `tool`, unless it is nearer to the localizer's origin than `least_mm`.
+pub(super) fn not_near(tool: Tool, least_mm: f64) -> Result<Tool, PoseError> {
+    let [x, y, z] = tool.translation_mm();
+    let found_mm = x.hypot(y).hypot(z);
+    match found_mm < least_mm {
+        false => Ok(tool),
+        true => Err(PoseError::Near { found_mm, least_mm }),
+    }
 }
 
 fn placed(place: [f32; 3]) -> Result<[f64; 3], PoseError> {

@@ -19,6 +19,7 @@ fn spec(status: StatusRule) -> OpenIgtLinkSpec {
         status,
         stream: None,
         max_rotation_error: 2e-3,
+        least_distance_mm: 10.0,
         reconnect: Reconnect::Always,
         silent: Duration::from_millis(1500),
         images: None,

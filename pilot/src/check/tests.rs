@@ -220,8 +220,9 @@ fn labels_of_the_generated_patient_beside_another_examination_are_said() {
         .unwrap();
         let text = format!("[volume]\nsource = \"{source}\"\n[tissue]\norgans = \"o.toml\"\n");
         let source = raw::parse(&text, &folder.path().join("s.toml")).unwrap();
-        let faults = check(&source, &Scene::from_raw(&source).unwrap()).faults;
-        let of_labels = faults.into_iter().find(|fault| fault.contains("space.labels"));
+        let found = check(&source, &Scene::from_raw(&source).unwrap());
+        assert!(found.lines.iter().any(|line| line.contains("were not meshed")));
+        let of_labels = found.faults.into_iter().find(|fault| fault.contains("space.labels"));
         of_labels.unwrap_or_default()
     };
     assert_eq!(faults("phantom", "phantom"), "");

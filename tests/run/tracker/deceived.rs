@@ -8,7 +8,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
-use bus::message::MarkerFrame;
+use bus::message::{Lost, MarkerFrame};
 use igtl::{Body, DeviceName, Message, Status};
 
 use crate::support::frames::{Watch, is_disconnected, note, status_says, tool};
@@ -28,9 +28,16 @@ struct Dialled<'a> {
 
 impl<'a> Dialled<'a> {
     fn start(world: &'a World) -> Self {
+        Self::under(world, "")
+    }
+
+    /// The same under more limits of the scene.
+    fn under(world: &'a World, limits: &str) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
-        let scene = SMALL.replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+        let scene = SMALL
+            .replace("[tracker]\n", "[tracker]\nsource = \"markers\"\n")
+            .replace("[limits]\n", &format!("[limits]\n{limits}"))
             + &format!(
                 "[tracker.markers]\nmarker = \"T\"\n\
                  [localizer]\nkind = \"openigtlink\"\npeer = \"plus\"\nsilent_s = 2\naddress = \"127.0.0.1:{port}\"\n"
@@ -234,4 +241,47 @@ fn stamps_that_no_clock_has_put_no_pose_into_another_time() {
         }
     }
     let _ = run.pilot.stop();
+}
+
+/// Frames that all come 1.2 s late from one moment on, with true stamps, were a clock that was set back: valid, and new.
+#[test]
+fn poses_of_a_queue_that_grew_are_refused_as_old_and_are_a_problem_of_the_report() {
+    const WAITED_NS: u64 = 1_200_000_000;
+    let world = World::new();
+    let mut run = Dialled::under(&world, "lost_ms = 1000\n");
+    let (mut stream, _) = run.listener.accept().unwrap();
+    stream.set_nodelay(true).unwrap();
+    let began = Instant::now();
+    let mut send = |waited_ns: u64| {
+        run.sent += 1;
+        let stamp_ns = DAY_NS + began.elapsed().as_nanos() as u64 - waited_ns;
+        let x = GOOD + (run.sent % 1000) as f32 / 8.0;
+        let _ = stream.write_all(&transform("T", at(x), stamp_ns, "OK").to_vec().unwrap());
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    (0..150).for_each(|_| send(0));
+    assert!(run.watch.come().iter().any(|frame| tool(frame).is_ok()));
+    std::thread::sleep(Duration::from_nanos(WAITED_NS));
+    let mut refused = Vec::new();
+    wait_for("a pose that is refused", || {
+        send(WAITED_NS);
+        refused.extend(
+            run.watch
+                .come()
+                .into_iter()
+                .filter(|frame| tool(frame) == Err(Lost::Refused)),
+        );
+        (refused.len() > 20).then_some(())
+    });
+    // The queue's length, to what a busy machine makes of it.
+    let old_ns = refused
+        .iter()
+        .map(|frame| frame.t_arrival_ns - frame.t_capture_ns)
+        .min()
+        .unwrap();
+    assert!((1_100_000_000..3_000_000_000).contains(&old_ns), "{old_ns}");
+    status_says(&run.pilot, bus::message::MAY_BE_OLDER);
+    let _ = run.pilot.stop();
+    let problems = crate::support::report(&world.path("out"))["problems"].to_string();
+    assert!(problems.contains("poses may have been up to 1"), "{problems}");
 }

@@ -151,7 +151,7 @@ pub enum DicomError {
         other: PathBuf,
     },
     /// The slices make no volume.
-    #[error("{}: series {number}: {source}", path.display())]
+    #[error("{}: series {number}: {source}{}", path.display(), both(two.as_deref()))]
     Geometry {
         /// The folder.
         path: PathBuf,
@@ -159,6 +159,8 @@ pub enum DicomError {
         number: usize,
         /// What is wrong.
         source: GeometryError,
+        /// The files of two slices at one place.
+        two: Option<Box<[PathBuf; 2]>>,
     },
     /// Dimensions or spacing that no scanner makes.
     #[error("{}: series {number}: {source}", path.display())]
@@ -170,6 +172,15 @@ pub enum DicomError {
         /// What is wrong.
         source: GridError,
     },
+}
+
+/// Two slices at one place by their files.
+fn both(two: Option<&[PathBuf; 2]>) -> String {
+    match two {
+        None => String::new(),
+        Some([one, other]) if one == other => format!(" (two of them are frames of {})", one.display()),
+        Some([one, other]) => format!(" (two of them: {} and {})", one.display(), other.display()),
+    }
 }
 
 /// Why one file was refused. Byte positions count from the file's first.

@@ -152,6 +152,7 @@ impl DicomSource {
             path: path.clone(),
             number,
             source,
+            two: None,
         };
         if series.is_localizer() {
             return Err(refused(GeometryError::Localizer));
@@ -165,7 +166,15 @@ impl DicomSource {
         let placed: Vec<Placed> = each(&series.headers, |header| {
             header.placed.map_err(|tag| FileError::Missing { tag })
         })?;
-        let stack = Stack::of(&placed).map_err(refused)?;
+        let stack = Stack::of(&placed).map_err(|source| match source {
+            GeometryError::Duplicates { .. } => DicomError::Geometry {
+                path: path.clone(),
+                number,
+                source,
+                two: at_one_place(&series.headers, &placed),
+            },
+            _ => refused(source),
+        })?;
         let laid = Laid::of(&stack, &slices, options).map_err(|error| match error {
             LayError::Geometry(source) => refused(source),
             LayError::Grid(source) => DicomError::Grid {
@@ -236,6 +245,26 @@ fn each<T>(headers: &[Header], of: impl Fn(&Header) -> Result<T, FileError>) -> 
         })
     };
     headers.iter().map(named).collect()
+}
+
+/// Pairs of more slices than this are not looked through for the two that are told.
+const MOST_COMPARED: usize = 5000;
+
+/// The files of the two slices that are nearest to one another: a file that was copied, or another point in time.
+fn at_one_place(headers: &[Header], placed: &[Placed]) -> Option<Box<[std::path::PathBuf; 2]>> {
+    let mut slices: Vec<(&Header, &Placed)> = headers.iter().zip(placed).take(MOST_COMPARED).collect();
+    slices.sort_by(|a, b| a.0.path.cmp(&b.0.path));
+    let apart = |a: &Placed, b: &Placed| -> f64 {
+        let axes = a.position.iter().zip(&b.position);
+        axes.map(|(a, b)| (a - b).powi(2)).sum()
+    };
+    // Each with each: in an order along any axis rounding may put others between the two.
+    let pairs = slices
+        .iter()
+        .enumerate()
+        .flat_map(|(i, one)| slices[i + 1..].iter().map(move |other| (one, other)));
+    let (one, other) = pairs.min_by(|a, b| apart(a.0.1, a.1.1).total_cmp(&apart(b.0.1, b.1.1)))?;
+    Some(Box::new([one.0.path.clone(), other.0.path.clone()]))
 }
 
 enum LayError {

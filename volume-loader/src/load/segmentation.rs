@@ -3,7 +3,7 @@
 //!
 //! A voxel is the number of its segment. Frames lie where their own places and axes put them, on one even grid; those that a writer left
 //! out are planes without a structure, as the standard has it. What would be a guess is refused: voxels of two segments, voxels that are
-//! partly of one, planes between which no step leads, and a frame of reference that is not the examination's.
+//! partly of one, planes between which no step leads, and a frame of reference or a patient that is not the examination's.
 
 mod error;
 mod groups;
@@ -25,7 +25,7 @@ use super::frame::reference_of;
 use crate::dicom;
 use crate::source::ReadError;
 
-/// Opens the segmentation at `path`, which must share the frame of reference with `examination`, where that is DICOM too; `None` where it is
+/// Opens the segmentation at `path`, which must share the frame of reference and, where both say one, PatientID with `examination`, where that is DICOM too; `None` where it is
 /// no segmentation. With whether both say that frame.
 ///
 /// # Errors
@@ -40,12 +40,22 @@ pub(crate) fn open(
     let Some(source) = SegmentationSource::open(path)? else {
         return Ok(None);
     };
-    let expected = reference_of(examination)?.frame;
-    match expected.map(|expected| expected == source.frame_of_reference()) {
-        Some(false) => Err(ReadError::Segmentation {
+    let reference = reference_of(examination)?;
+    let refused = |source| {
+        Err(ReadError::Segmentation {
             path: path.to_owned(),
-            source: SegmentationError::OtherFrame,
-        }),
+            source,
+        })
+    };
+    if source
+        .patient()
+        .zip(reference.patient)
+        .is_some_and(|(one, of)| one != of)
+    {
+        return refused(SegmentationError::OtherPatient);
+    }
+    match reference.frame.map(|expected| expected == source.frame_of_reference()) {
+        Some(false) => refused(SegmentationError::OtherFrame),
         said => Ok(Some((source, said.is_some()))),
     }
 }

@@ -146,6 +146,24 @@ pub(crate) struct Scene {
     pub(crate) margin_mm: f64,
     /// Another bone: a ball, its middle and radius.
     pub(crate) other: Option<([f64; 3], f64)>,
+    /// A vessel with contrast.
+    pub(crate) vessel: Option<Vessel>,
+}
+
+/// A straight vessel with round ends, without a wall; where it meets bone, bone is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Vessel {
+    /// Middles of its ends, mm.
+    pub(crate) ends: [[f64; 3]; 2],
+    pub(crate) radius: f64,
+    pub(crate) hu: f64,
+}
+
+impl Vessel {
+    /// Signed distance, above 0 outside.
+    pub(crate) fn distance(self, p: [f64; 3]) -> f64 {
+        rod(p, (self.ends[0], self.ends[1], self.radius))
+    }
 }
 
 impl Scene {
@@ -161,6 +179,7 @@ impl Scene {
             seed: 1,
             margin_mm: 9.0,
             other: None,
+            vessel: None,
         }
     }
 
@@ -173,7 +192,10 @@ impl Scene {
         let t = self.cortex.at(p);
         let share = |d: f64| (0.5 - d / fine).clamp(0.0, 1.0);
         let (outer, inner) = (share(d), share(d + t));
-        let [tissue, cortex, inside] = self.hu;
+        let [mut tissue, cortex, inside] = self.hu;
+        if let Some(vessel) = self.vessel {
+            tissue += (vessel.hu - tissue) * share(vessel.distance(p));
+        }
         tissue + (cortex - tissue) * outer + (inside - cortex) * inner
     }
 }

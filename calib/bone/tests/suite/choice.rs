@@ -178,3 +178,38 @@ fn a_ct_that_is_bone_throughout_is_refused_by_that_name() {
         "{refused}"
     );
 }
+
+/// What is said of a region is of the region: the little ball, without contrast and bone, beside the other's cortex of 1300 HU.
+#[test]
+fn the_brightest_voxel_that_is_named_is_of_the_region() {
+    let (_, ct) = two();
+    let box_of = |corners_mm| extract(&ct, &Options::of(Region::Box { corners_mm })).unwrap_err();
+    // In the other's marrow, 200 HU: with a threshold above it.
+    let mut options = Options::of(Region::Box {
+        corners_mm: [[-3.0; 3], [3.0; 3]],
+    });
+    options.level_hu = 600.0;
+    let refused = extract(&ct, &options).unwrap_err();
+    assert!(
+        matches!(refused, Refused::NoBone { brightest, .. } if (100..400).contains(&brightest)),
+        "{refused}"
+    );
+    // All bone is cut away.
+    let cuts = [Cut {
+        place_mm: [-25.0, 0.0, 0.0],
+        normal: [1.0, 0.0, 0.0],
+    }];
+    let mut cut = Options::of(Region::Only);
+    cut.cuts = &cuts;
+    let refused = extract(&ct, &cut).unwrap_err();
+    assert!(
+        matches!(refused, Refused::NoBone { brightest, .. } if brightest < 200),
+        "{refused}"
+    );
+    // Between the voxels' centres.
+    assert_eq!(box_of([[0.1; 3], [0.2; 3]]), Refused::Empty);
+    // Brighter than metal counts as none.
+    options.metal_hu = 1100;
+    let refused = extract(&ct, &options).unwrap_err();
+    assert!(refused.to_string().contains("metal of 1100 HU"), "{refused}");
+}

@@ -9,3 +9,4 @@ mod common;
 mod accuracy;
 mod choice;
 mod open;
+mod vessel;

@@ -79,8 +79,36 @@ pub struct BoneFile {
     pub area_mm2: f64,
     /// Triangles of cavities, left out.
     pub inner_triangles: usize,
-    /// Share of the corners that have no cortex.
+    /// Share of the fitted corners without cortex that is seen, those that were left out with it.
     pub without_cortex: f64,
+    /// Most HU of contrast medium.
+    #[serde(default)]
+    pub contrast_hu: Option<f64>,
+    /// Corners where cortex is not seen and yet may be: in the file, and of no triangle.
+    #[serde(default)]
+    pub unseen_corners: usize,
+    /// The triangles that they would have.
+    #[serde(default)]
+    pub unseen_triangles: usize,
+    /// Area of those, mm^2.
+    #[serde(default)]
+    pub unseen_area_mm2: f64,
+    /// What was left out as contrast medium explains it, the largest first.
+    #[serde(default)]
+    pub left_out: Vec<LeftOutRecord>,
+}
+
+/// A piece without cortex that was left out.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LeftOutRecord {
+    /// Triangles.
+    pub triangles: usize,
+    /// Area, mm^2.
+    pub area_mm2: f64,
+    /// Mean of its corners: left, posterior, superior, mm.
+    pub centre_mm: [f64; 3],
+    /// HU behind its surface.
+    pub hu: f64,
 }
 
 /// What was found of the scanner.
@@ -126,6 +154,12 @@ impl BoneFile {
         let lost = bone.lost.iter().map(|(why, corners)| LostRecord {
             reason: why.words().to_owned(),
             corners: *corners,
+        });
+        let left_out = bone.bare.iter().map(|piece| LeftOutRecord {
+            triangles: piece.triangles,
+            area_mm2: piece.area_mm2,
+            centre_mm: piece.centre_mm,
+            hu: piece.hu,
         });
         Self {
             format: BONE_FORMAT.to_owned(),
@@ -175,6 +209,11 @@ impl BoneFile {
             area_mm2: bone.area_mm2[1],
             inner_triangles: bone.inner_triangles,
             without_cortex: bone.without_cortex,
+            contrast_hu: Some(args.contrast_hu),
+            unseen_corners: bone.places.len() - bone.heard().count(),
+            unseen_triangles: bone.unseen.len(),
+            unseen_area_mm2: bone.area_mm2[2],
+            left_out: left_out.collect(),
         }
     }
 }

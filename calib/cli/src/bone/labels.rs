@@ -57,7 +57,7 @@ impl Labelled {
             other => {
                 return Err(BoneError::OtherGrid {
                     path: path.to_owned(),
-                    found: format!("{other:?}"),
+                    found: in_words(other),
                 });
             }
         };
@@ -112,6 +112,16 @@ impl Labelled {
     pub(super) fn is_other(&self, voxel: [u32; 3]) -> bool {
         let label = self.at(voxel);
         label != 0 && self.others.binary_search(&label).is_ok()
+    }
+}
+
+/// How a map lies that is not on the CT's voxels.
+fn in_words(found: GridMatch) -> String {
+    match found {
+        GridMatch::Moved { by_mm: [x, y, z] } => {
+            format!("it is moved by {x:.2}, {y:.2}, {z:.2} mm (left, posterior, superior)")
+        }
+        _ => "its voxels are others in number, size or direction".to_owned(),
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use bone::{Bone, Component, Refused};
 
 use super::BoneFile;
+use super::file::LeftOutRecord;
 use super::in_words;
 use crate::beads::{Volume, warned};
 use crate::text::shown;
@@ -115,10 +116,59 @@ fn open(text: &mut String, file: &BoneFile) {
             file.metal_voxels, file.metal_hu
         );
     }
+    no_cortex(text, file);
+}
+
+/// Pieces that are told one by one: at most so many, of so many mm^2.
+const TOLD: (usize, f64) = (8, 20.0);
+
+fn no_cortex(text: &mut String, file: &BoneFile) {
+    let whole = |pieces: &[LeftOutRecord]| {
+        pieces
+            .iter()
+            .fold((0, 0.0), |(n, a), p| (n + p.triangles, a + p.area_mm2))
+    };
+    let count = file
+        .left_out
+        .iter()
+        .take(TOLD.0)
+        .take_while(|p| p.area_mm2 >= TOLD.1)
+        .count();
+    let (told, rest) = file.left_out.split_at(count);
+    if !file.left_out.is_empty() {
+        let (triangles, area) = whole(&file.left_out);
+        let _ = writeln!(
+            text,
+            "left out, no cortex (contrast medium explains it): {triangles} triangles, {area:.0} mm^2"
+        );
+    }
+    for piece in told {
+        let [x, y, z] = piece.centre_mm;
+        let _ = writeln!(
+            text,
+            "{:>8.0} mm^2 of {} triangles about {x:.0}, {y:.0}, {z:.0} mm, {:.0} HU inside",
+            piece.area_mm2, piece.triangles, piece.hu
+        );
+    }
+    if !told.is_empty() && !rest.is_empty() {
+        let (triangles, area) = whole(rest);
+        let _ = writeln!(
+            text,
+            "{area:>8.0} mm^2 of {triangles} triangles in {} smaller pieces",
+            rest.len()
+        );
+    }
+    if file.unseen_corners > 0 {
+        let _ = writeln!(
+            text,
+            "cortex not seen: {} corners, {} triangles, {:.0} mm^2; they are marked, and nothing registers to them (purple on the picture)",
+            file.unseen_corners, file.unseen_triangles, file.unseen_area_mm2
+        );
+    }
     if file.without_cortex > 0.2 {
         let _ = writeln!(
             text,
-            "no cortex on {:.0} % of it: look whether it is bone",
+            "no cortex seen on {:.0} % of what was fitted: look whether it is bone",
             100.0 * file.without_cortex
         );
     }

@@ -18,6 +18,8 @@ const COLOURS: [(f64, Rgb); 3] = [
     (0.6, Rgb(255, 210, 60)),
     (f64::INFINITY, Rgb(255, 80, 64)),
 ];
+/// Where cortex is not seen.
+const UNSEEN: Rgb = Rgb(190, 90, 255);
 /// Depths within the bone, as shares of its extent.
 const DEPTHS: [f64; 3] = [0.3, 0.5, 0.7];
 /// The axis across, the axes to the right and downwards with their signs, and the names, seen as radiologists do.
@@ -47,7 +49,7 @@ pub(super) fn draw(volume: &Volume, bone: &Bone) -> Canvas {
         }
     }
     let foot = format!(
-        "outline of the surface; its deviation: green below {} mm, yellow below {} mm, red above; open where nothing is drawn",
+        "outline of the surface; its deviation: green below {} mm, yellow below {} mm, red above; purple: cortex not seen; open where nothing is drawn",
         COLOURS[0].0, COLOURS[1].0
     );
     canvas.text(
@@ -88,7 +90,8 @@ fn panel(
             f64::from(corner[1]) + half + sign * (p[v] - middle[v]) / step,
         ]
     };
-    for triangle in &bone.triangles {
+    let marked = bone.unseen.iter().map(|triangle| (triangle, true));
+    for (triangle, is_unseen) in bone.triangles.iter().map(|triangle| (triangle, false)).chain(marked) {
         let places = triangle.map(|i| &bone.places[i as usize]);
         if let Some([from, to]) = crossed(places.map(|p| p.mm.into()), axis, middle[axis]) {
             let deviation = places.iter().map(|p| p.total_mm()).fold(0.0, f64::max);
@@ -96,6 +99,7 @@ fn panel(
                 .iter()
                 .find(|(most, _)| deviation < *most)
                 .map_or(COLOURS[2].1, |c| c.1);
+            let colour = if is_unseen { UNSEEN } else { colour };
             canvas.line(at(from), at(to), Line::solid(colour, 1.2));
         }
     }

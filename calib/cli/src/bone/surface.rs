@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use bone::{Bone, Place};
+use bone::{Bone, Place, Sight};
 
 /// The format of a surface's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,14 +26,17 @@ impl Format {
 /// What is known of a corner, by its name.
 type Known = (&'static str, fn(&Place) -> f64);
 
-const KNOWN: [Known; 4] = [
+const KNOWN: [Known; 6] = [
     ("deviation_mm", |p| p.deviation_mm),
     ("shared_deviation_mm", |p| p.shared_mm),
     ("cortex_mm", |p| p.thickness_mm),
     ("cortex_log_deviation", |p| p.thickness_log_deviation),
+    ("cortex_gain", |p| p.contrast.by_all),
+    ("cortex_seen", |p| f64::from(u8::from(p.sight == Sight::Cortex))),
 ];
 
-/// The bytes of the file: left, posterior, superior in mm, which its comment says as 3D Slicer does.
+/// The bytes of the file: left, posterior, superior in mm, which its comment says as 3D Slicer does. Corners where cortex is not seen are
+/// of no triangle: whatever program reads the surface registers to none of them.
 pub(super) fn bytes(bone: &Bone, format: Format) -> Vec<u8> {
     match format {
         Format::Ply => ply(bone),

@@ -36,6 +36,13 @@ fn hu([x, y, z]: [f64; 3]) -> f64 {
     sum
 }
 
+/// The same with a vessel of 400 HU along y, which touches the small ball from below.
+fn beside_a_vessel(p: [f64; 3]) -> f64 {
+    let across = (p[0] - 60.0).hypot(p[2] - 17.0) - 4.0;
+    let tissue = hu(p);
+    tissue.max(40.0 + 360.0 * step(-across / 1.2))
+}
+
 fn filled(steps: f64, value: impl Fn([f64; 3]) -> f64) -> Read<OwnedVolume> {
     let unit = Affine::from_rows([[steps, 0.0, 0.0, 0.0], [0.0, steps, 0.0, 0.0], [0.0, 0.0, steps, 0.0]]);
     let grid = VolumeGrid::checked([40, 30, 30], unit)?;
@@ -62,8 +69,9 @@ fn filled(steps: f64, value: impl Fn([f64; 3]) -> f64) -> Read<OwnedVolume> {
 fn ct(spec: &VolumeSpec) -> Read<Loaded> {
     // By the file's name, as a series of another scanner.
     let is_mr = matches!(&spec.source, scene::VolumeSource::File(file) if file.path.ends_with("mr"));
+    let has_vessel = matches!(&spec.source, scene::VolumeSource::File(file) if file.path.ends_with("vessel"));
     Ok(Loaded {
-        volume: filled(2.0, hu)?,
+        volume: filled(2.0, if has_vessel { beside_a_vessel } else { hu })?,
         modality: is_mr.then(|| "MR".to_owned()),
         warnings: vec!["slices are shifted against one another".to_owned()],
     })
@@ -156,6 +164,49 @@ fn a_bone_is_written_with_what_it_rests_on() {
     assert!(mesh::write(&mesh, MeshFormat::Ply, PatientAxes::Lps).is_ok());
 }
 
+/// What a vessel's wall is said to be, in the text, in the file and in the surface: nothing registers to it, whatever program reads the surface.
+#[test]
+fn a_vessel_beside_the_bone_is_told_and_no_triangle_is_on_it() {
+    let folder = TempDir::new().unwrap();
+    let out = path(&folder, "b.ply");
+    let line = format!("calib bone vessel --seed 60,30,38 --out {out}");
+    let told = calib(&line).unwrap().text;
+    assert!(
+        told.contains("left out, no cortex") && told.contains("HU inside"),
+        "{told}"
+    );
+    let file: BoneFile = serde_json::from_slice(&fs::read(path(&folder, "b.json")).unwrap()).unwrap();
+    let left: f64 = file.left_out.iter().map(|piece| piece.area_mm2).sum();
+    assert!(file.contrast_hu == Some(450.0) && left > 100.0, "{:?}", file.left_out);
+    // 400 HU blurred over a radius of 4 mm by 1.2 mm and more.
+    assert!((300.0..450.0).contains(&file.left_out[0].hu), "{:?}", file.left_out);
+    let bytes = fs::read(&out).unwrap();
+    assert!(bytes.windows(27).any(|word| word == b"property float cortex_seen\n"));
+    let mesh = mesh::read(&bytes, MeshFormat::Ply, Said { axes: None, unit: None }).unwrap();
+    assert_eq!(mesh.points.len(), file.corners);
+    let used: std::collections::BTreeSet<u32> = mesh.triangles.iter().flatten().copied().collect();
+    assert!(
+        used.len() + file.unseen_corners <= file.corners,
+        "{} {}",
+        used.len(),
+        file.unseen_corners
+    );
+    // Off the ball by more than the blur is on the vessel.
+    let off = |corner: &&u32| {
+        let p = mesh.points[**corner as usize].mm();
+        (0..3).map(|k| (p[k] - BALLS[1].0[k]).powi(2)).sum::<f64>().sqrt() - BALLS[1].1 > 2.0
+    };
+    assert_eq!(used.iter().filter(off).count(), 0);
+    let taken = calib(&format!("{line} --overwrite --accept-no-cortex")).unwrap().text;
+    assert!(
+        !taken.contains("left out") && taken.contains("no cortex seen on"),
+        "{taken}"
+    );
+    // Of a CT without contrast medium a person says so, and all of it is bone.
+    let none = calib(&format!("{line} --overwrite --contrast-hu 0")).unwrap().text;
+    assert!(!none.contains("left out") && !none.contains("no cortex"), "{none}");
+}
+
 #[test]
 fn a_label_map_names_the_bone_and_keeps_others_out() {
     let told = calib("calib bone ct.mha --labels map.nii --label 3").unwrap();
@@ -170,7 +221,11 @@ fn a_label_map_names_the_bone_and_keeps_others_out() {
         "{missing}"
     );
     let other = calib("calib bone ct.mha --labels other.nii --label 3").unwrap_err();
-    assert!(other.contains("does not lie on the CT's voxels"), "{other}");
+    assert!(
+        other.contains("does not lie on the CT's voxels (its voxels are others in number, size or direction)"),
+        "{other}"
+    );
+    assert!(!other.contains("Other"), "{other}");
 }
 
 #[test]

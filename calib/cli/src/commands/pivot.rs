@@ -45,7 +45,7 @@ noise is not as was assumed; the errors then say too little. That all agree does
 --live listens to a run that is going, says every second what the motion covers, and takes the names, the gates and the \
 noise of the emitters from its scene. With --axis scene the file is one that the run's [tracker.calibration] reads.
 
-Refused: fewer than 3 poses, poses without rotation or about one axis only, cones below 2 degrees, poses of which less \
+Refused: fewer than 3 poses, poses without rotation or about one axis only, cones below 2 degrees or 8 times the noise of the rotations, poses of which less \
 than a half agree. With a gate (--max-rms-mm, --max-tip-error-mm, --min-cone-deg) that is not kept nothing is written \
 and the exit code is 1.
 

@@ -86,7 +86,7 @@ impl Mirror {
         };
         let between = other.transform.transform() * found.transform.transform().inverse();
         let each = targets.iter().map(|target| Self {
-            margin: (other.cost - found.cost) * (1.0 - found.share_beyond),
+            margin: found.margin_over(&other),
             apart_mm: (between * *target).distance(*target),
             within_mm: WITHIN * found.predicted_tre_mm(*target),
         });

@@ -5,8 +5,9 @@ use surface_registration::{Effort, Field, Options, Spacing};
 
 use super::common::draw::Sweep;
 use super::common::oracle::Triangles;
+use super::count::{Count, middle};
 use super::rows::{From, Matter, Row};
-use super::run::{Count, Scene, middle, run};
+use super::run::{Scene, run};
 use super::trade::{Dial as Traded, Trade};
 
 struct Dial {
@@ -76,6 +77,7 @@ impl Dial {
     /// So many runs with one value.
     fn count(&self, value: f64, scene: &mut Scene, spacing: &mut Spacing, runs: u64) -> Count {
         let mut row = Row {
+            kind: super::kinds::Kind::Holds,
             name: self.name,
             sweep: Sweep {
                 outliers: self.outliers,

@@ -1,14 +1,18 @@
 //! Bones that the CT shows up to an open end, and points of which some lie beyond it.
 
 use chance::Chance;
-use geometry::{Ct, Tracker};
-use surface_registration::{Field, Limits, Options, Points, Spacing, Start, Surface, SurfaceRegistration, register};
+use geometry::{Ct, Point, Tracker};
+use surface_registration::{
+    Field, Limits, Options, Points, Priors, Spacing, Start, Surface, SurfaceRegistration, register,
+};
 
 use super::common::change::mirrored;
 use super::common::draw::{ALL, Drawn, LEFT, PUBIS, RIGHT, Sweep, off, rms, targets, tre_mm};
 use super::common::end::{Cut, End, about_axis, column, echoes_at_end, shaft, stretched};
 use super::common::oracle::{self, Triangles};
-use super::run::{Count, seconds};
+use super::count::{Count, Truth};
+use super::kinds::{Gates, Kind};
+use super::run::seconds;
 
 /// Which bone, and where it ends.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -63,6 +67,17 @@ struct Row {
     slide_mm: [f64; 2],
     is_told: bool,
     matter: Matter,
+}
+
+impl Row {
+    fn kind(&self, bone: Bone) -> Kind {
+        // why: a search told to look within 8 mm of a guess that is further off, a mirrored bone and somebody else's are not what was told.
+        if !self.is_told || matches!(self.matter, Matter::Mirrored | Matter::Other(_)) {
+            return Kind::Broken;
+        }
+        // why: levels of the column are alike to 0.3 mm, less than a point's own error along its beam (0.5 mm).
+        if bone == Bone::Column { Kind::Weak } else { Kind::Holds }
+    }
 }
 
 const ROW: Row = Row {
@@ -233,7 +248,7 @@ fn found(scene: &Scene, row: &Row, drawn: &Drawn, seed: u64) -> Option<SurfaceRe
 }
 
 /// Runs the rows whose names have all these words, and adds them to `all`.
-pub(crate) fn ends(runs: u64, first_seed: u64, words: &[&String], all: &mut Count) {
+pub(crate) fn ends(runs: u64, first_seed: u64, words: &[&String], (all, gates): (&mut Count, &mut Gates)) {
     let chosen: Vec<Row> = rows()
         .into_iter()
         .filter(|row| words.iter().all(|word| row.name.contains(word.as_str())))
@@ -272,7 +287,19 @@ pub(crate) fn ends(runs: u64, first_seed: u64, words: &[&String], all: &mut Coun
                 .iter()
                 .filter(|p| scene.cut.end.beyond_mm(&p.mm().into()) > 0.0);
             let name = format!("{} {:?}, {} truly beyond,", row.name, scene.bone, truly.count());
-            count.judged(&name, seed, tre, &found, &refusals, &drawn, targets);
+            let is_beyond = |p: &Point<Ct>| scene.cut.end.beyond_mm(&p.mm().into()) > 0.0;
+            let priors = Priors {
+                bone_mm: 0.0,
+                ..Priors::default()
+            };
+            let kind = row.kind(scene.bone);
+            let truth = Truth {
+                tre,
+                kind: kind.of_run(&scene.surface, &drawn, is_beyond, targets, &priors),
+                drawn: &drawn,
+                targets,
+            };
+            count.judged(&name, seed, &truth, &found, &refusals);
             beyond += found.share_beyond / runs as f64;
             if refusals.is_empty() {
                 let predicted: Vec<f64> = targets.iter().map(|t| found.predicted_tre_mm(*t)).collect();
@@ -286,5 +313,6 @@ pub(crate) fn ends(runs: u64, first_seed: u64, words: &[&String], all: &mut Coun
             count.line_of_end(row.name, beyond, squares.map(|s| (s / taken).sqrt()))
         );
         all.add(&count);
+        gates.row(row.name, &count.kinds);
     }
 }

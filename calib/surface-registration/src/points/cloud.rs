@@ -25,6 +25,8 @@ pub(crate) struct Cloud {
     pub(crate) sigmas: Vec<f64>,
     /// What each point counts, 0 to 1: the reciprocal of how many were taken at its place.
     pub(crate) votes: Vec<f64>,
+    /// Points no further apart than this were taken at one place, mm.
+    held_mm: f64,
     /// All points in an order without any: the first n of them are a fair sample.
     pub(crate) order: Vec<u32>,
 }
@@ -58,11 +60,17 @@ impl Cloud {
             places,
             beams,
             votes,
+            held_mm,
         }
     }
 
     pub(crate) fn len(&self) -> usize {
         self.places.len()
+    }
+
+    /// Each two points that were taken at one place, once.
+    pub(crate) fn pairs(&self, each: impl FnMut(usize, usize)) {
+        pairs(&self.places, self.held_mm, each);
     }
 
     /// The first `n` points of [`Cloud::order`], as a cloud of its own about the same centre.
@@ -86,6 +94,7 @@ impl Cloud {
             roots: of(&self.roots, chosen),
             sigmas: of(&self.sigmas, chosen),
             votes: of(&self.votes, chosen),
+            held_mm: self.held_mm,
             order: shuffled(chosen.len()),
         }
     }
@@ -99,25 +108,32 @@ fn root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
 
 /// One over the number of points within `held_mm` of each, itself with them.
 fn votes(places: &[Vector3<f64>], held_mm: f64) -> Vec<f64> {
+    let mut near = vec![1_usize; places.len()];
+    pairs(places, held_mm, |i, j| {
+        near[i] += 1;
+        near[j] += 1;
+    });
+    near.into_iter().map(|near| 1.0 / near as f64).collect()
+}
+
+/// Each two points no further apart than `held_mm`, once.
+fn pairs(places: &[Vector3<f64>], held_mm: f64, mut each: impl FnMut(usize, usize)) {
     if held_mm <= 0.0 {
-        return vec![1.0; places.len()];
+        return;
     }
     // In the order of x only those that follow within that length can be near.
     let mut order: Vec<usize> = (0..places.len()).collect();
     order.sort_unstable_by(|i, j| places[*i].x.total_cmp(&places[*j].x).then(i.cmp(j)));
-    let mut near = vec![1_usize; places.len()];
     for (k, i) in order.iter().enumerate() {
         for j in &order[k + 1..] {
             if places[*j].x - places[*i].x > held_mm {
                 break;
             }
             if (places[*j] - places[*i]).norm() <= held_mm {
-                near[*i] += 1;
-                near[*j] += 1;
+                each(*i, *j);
             }
         }
     }
-    near.into_iter().map(|near| 1.0 / near as f64).collect()
 }
 
 /// An order that has nothing to do with place: a part of it has as many gross errors as the whole, which the points that lie furthest

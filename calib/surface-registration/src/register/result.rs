@@ -8,10 +8,12 @@ use crate::points::{Points, SharedError};
 use crate::search::{Minimum, Searched};
 use crate::solve::{Exact, Matrix8, Priors, Problem, Solver, State, UNKNOWNS, apart_mm, motion};
 
-use super::margin::margin;
+use super::margin::Costs;
 use super::moved::{Halves, OrderCheck, halves};
-use super::parts::{Class, FREE_MM, PointResult, inflation, kept, one};
+use super::normal::held;
+use super::parts::{Class, PointResult, inflation, kept, one};
 use super::rows::Rows;
+use super::sensitivity::{GrossError, Sensitivity, sensitivity};
 
 /// Another minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,11 +51,12 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub noise_ratio: f64,
     /// Deviation of the noise ratio of a right registration: it falls with the number of points.
     pub noise_ratio_sigma: f64,
-    /// Share of the points that lie within three deviations and have a say, such as were taken by a probe held still as one.
+    /// Share, of the points of which the surface says something, that lie within three deviations and have a say; such as were taken by a
+    /// probe held still count as one, and those beyond an open border not at all.
     pub share_kept: f64,
     /// How many points that is.
     pub kept: f64,
-    /// Share of the points with a beam whose beam comes from inside the bone.
+    /// Share, of the points of which the surface says something, whose beam comes from inside the bone.
     pub share_facing_away: f64,
     /// Share of the points whose nearest place is an open border.
     pub share_beyond: f64,
@@ -80,6 +83,10 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
+    /// What each point costs.
+    costs: Costs,
+    /// What a gross error at the place of each point that has a say does at most.
+    sensitivity: Vec<Sensitivity>,
     /// As `covariance`, but for the turn about the middle of the points and its shift, where the two hardly correlate.
     about_points: Matrix8,
 }
@@ -114,7 +121,8 @@ pub(super) fn result<To: Frame, From: Frame>(
     let free = free(solver);
     let rows = Rows::new(&problem, &state);
     let own = free * rows.matrix() * free;
-    let held = free * held(&(own + at.known()), cloud.radius_mm) * free;
+    let matrix = own + at.known();
+    let held = free * held(&matrix, cloud.radius_mm) * free;
     let fitted = (own * held).trace().clamp(0.0, UNKNOWNS as f64);
     let kept = kept(&each, &cloud.votes, fitted);
     let inflation = inflation(solver, &each, &cloud.votes, fitted);
@@ -125,14 +133,17 @@ pub(super) fn result<To: Frame, From: Frame>(
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
     let uncertain = Uncertain::from_covariance_about(centre, pose, about).map_err(|_| nowhere())?;
+    let costs = Costs::of(solver, cloud, &best.ended, exact);
     let (mut others, mut hits) = (Vec::new(), best.hits);
     let inverse = about.cholesky().map(|c| c.inverse());
     let total: f64 = cloud.votes.iter().sum();
-    let share = |class: Class| {
+    let votes = |class: Class| {
         let own = each.iter().zip(&cloud.votes).filter(|(p, _)| p.class == class);
         // Of none the sum is -0.
-        own.map(|(_, vote)| vote).sum::<f64>().max(0.0) / total
+        own.map(|(_, vote)| vote).sum::<f64>().max(0.0)
     };
+    // Of those beyond an open border nothing is known: they neither fit nor do they not.
+    let known = (total - votes(Class::Beyond)).max(f64::MIN_POSITIVE);
     for other in &searched.minima[1..] {
         // What lies within the error that is promised is no other answer: the same one, with another point left out.
         if inverse.is_some_and(|inverse| off(&other.ended.state, &state, &inverse) < SAME_CHI2) {
@@ -141,7 +152,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         }
         others.push(Other {
             transform: transform(&other.ended.state, points)?,
-            margin: margin(solver, cloud, [&best.ended, &other.ended], exact),
+            margin: costs.margin(&Costs::of(solver, cloud, &other.ended, exact)),
             apart_mm: apart_mm(&other.ended.state, &state, cloud.radius_mm),
             hits: other.hits,
         });
@@ -157,10 +168,10 @@ pub(super) fn result<To: Frame, From: Frame>(
         shared: (carry(&state.shift) * answer).fixed_rows::<6>(0).into_owned(),
         noise_ratio: kept.ratio,
         noise_ratio_sigma: kept.sigma,
-        share_kept: kept.count / total,
+        share_kept: kept.count / known,
         kept: kept.count,
-        share_facing_away: share(Class::FacesAway),
-        share_beyond: share(Class::Beyond),
+        share_facing_away: votes(Class::FacesAway) / known,
+        share_beyond: votes(Class::Beyond) / total,
         points: each,
         cost,
         steps: best.ended.steps,
@@ -174,6 +185,8 @@ pub(super) fn result<To: Frame, From: Frame>(
         order,
         centre: state.shift,
         radius_mm: cloud.radius_mm,
+        costs,
+        sensitivity: sensitivity(&rows, &problem, [&matrix, &free], solver.end),
         about_points: covariance,
     })
 }
@@ -184,17 +197,6 @@ fn off(a: &State, b: &State, inverse: &Matrix6<f64>) -> f64 {
     motion.dot(&(inverse * motion))
 }
 
-/// The inverse of normal equations; what nothing holds has the deviation [`FREE_MM`].
-///
-/// Turns are counted in mm at the points' radius, so that a direction of all eight unknowns has one unit.
-fn held(matrix: &Matrix8, radius_mm: f64) -> Matrix8 {
-    let unit = units(radius_mm);
-    let eigen = (unit * matrix * unit).symmetric_eigen();
-    let least = FREE_MM.powi(-2);
-    let inverse = eigen.eigenvalues.map(|value| 1.0 / value.max(least));
-    unit * (eigen.eigenvectors * Matrix8::from_diagonal(&inverse) * eigen.eigenvectors.transpose()) * unit
-}
-
 /// 1 for what is unknown, 0 for what is held.
 fn free(solver: &Solver<'_>) -> Matrix8 {
     let mut free = Matrix8::identity();
@@ -202,12 +204,6 @@ fn free(solver: &Solver<'_>) -> Matrix8 {
         free[(place, place)] = f64::from(u8::from(sigma > 0.0));
     }
     free
-}
-
-/// From mm at the points to rad, mm, share at a depth of 50 mm, mm.
-fn units(radius_mm: f64) -> Matrix8 {
-    let r = 1.0 / radius_mm;
-    Matrix8::from_diagonal(&[r, r, r, 1.0, 1.0, 1.0, 0.02, 1.0].into())
 }
 
 /// What one unit of each number of the error that all points share moves the unknowns by: it moves every residual at once, and the fit
@@ -254,6 +250,19 @@ impl<To: Frame, From: Frame> SurfaceRegistration<To, From> {
     pub fn predicted_tre_mm(&self, target: Point<To>) -> f64 {
         let c: Matrix3<f64> = self.at(target).covariance();
         c.trace().sqrt()
+    }
+
+    /// The gross error of one place that puts a target furthest off; `None` where none has a say.
+    pub fn gross_error(&self, target: Point<To>) -> Option<GrossError> {
+        let arm = Vector3::from(target.mm()) - self.centre;
+        let each = self.sensitivity.iter().map(|own| own.at(&arm));
+        each.max_by(|a, b| a.target_mm.total_cmp(&b.target_mm))
+    }
+
+    /// What another registration of the same points, or of their mirror images in the same order, costs more, squares of deviations: by the
+    /// points that lie beside the surface in both alone, unless more than half of all are beyond an open border there.
+    pub fn margin_over(&self, other: &Self) -> f64 {
+        self.costs.margin(&other.costs)
     }
 
     pub(crate) fn covariance_about_points(&self) -> Matrix8 {

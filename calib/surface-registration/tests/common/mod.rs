@@ -8,3 +8,4 @@ pub(crate) mod change;
 pub(crate) mod draw;
 pub(crate) mod end;
 pub(crate) mod oracle;
+pub(crate) mod scene;

@@ -18,3 +18,4 @@ mod moved;
 mod next;
 mod oracle;
 mod planted;
+mod weak;

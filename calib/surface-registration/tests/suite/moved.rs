@@ -1,29 +1,11 @@
 //! A bone that moves on the way.
 
 use geometry::{Ct, Tracker};
-use surface_registration::{
-    Field, Limits, Options, OrderCheck, Refusal, Spacing, Start, Surface, SurfaceRegistration, register,
-};
+use surface_registration::{Limits, Options, OrderCheck, Refusal, Start, SurfaceRegistration, register};
 
 use crate::common::change::{held, in_order, line, mirrored, moved, skin, with_calibration_error};
-use crate::common::draw::{Drawn, LEFT, Source, Sweep, off, targets};
-use crate::common::oracle;
-
-struct Scene {
-    surface: Surface<Ct>,
-    field: Field,
-    source: Source,
-}
-
-fn scene() -> Option<Scene> {
-    let bone = oracle::bone("pelvis-phantom")?;
-    let surface = Surface::new(&bone.0, &bone.1).unwrap();
-    Some(Scene {
-        field: Field::new(&surface, Spacing::default()).unwrap(),
-        surface,
-        source: Source::new(&bone),
-    })
-}
+use crate::common::draw::{Drawn, LEFT, Sweep, off, targets};
+use crate::common::scene::{Scene, scene};
 
 impl Scene {
     fn found(

@@ -3,28 +3,10 @@
 use chance::Chance;
 use geometry::{Ct, Rigid, Tracker, Vector};
 use nalgebra::Matrix6;
-use surface_registration::{
-    Class, Field, Limits, Options, Points, Priors, Refusal, SharedError, Spacing, Start, Surface, refine, register,
-};
+use surface_registration::{Class, Limits, Options, Points, Priors, Refusal, SharedError, Start, refine, register};
 
-use crate::common::draw::{Drawn, LEFT, Source, Sweep, checked_points, off, patch, rms, targets, tre_mm};
-use crate::common::oracle;
-
-struct Scene {
-    surface: Surface<Ct>,
-    field: Field,
-    source: Source,
-}
-
-fn scene() -> Option<Scene> {
-    let bone = oracle::bone("pelvis-phantom")?;
-    let surface = Surface::new(&bone.0, &bone.1).unwrap();
-    Some(Scene {
-        field: Field::new(&surface, Spacing::default()).unwrap(),
-        surface,
-        source: Source::new(&bone),
-    })
-}
+use crate::common::draw::{Drawn, LEFT, Sweep, checked_points, off, patch, rms, targets, tre_mm};
+use crate::common::scene::scene;
 
 fn about(drawn: &Drawn, deg: f64, mm: f64) -> Start<Ct, Tracker> {
     Start::Guess {

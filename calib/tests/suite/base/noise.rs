@@ -54,7 +54,9 @@ fn the_covariance_of_weighed_touches_is_the_counted_one() {
         let [x, y, z] = (Vector::<Tracker>::new(e[3], e[4], e[5]) + Vector::new(e[0], e[1], e[2]).cross(c)).mm();
         let e = Vector6::new(e[0], e[1], e[2], x, y, z);
         counted += e * e.transpose() / TRIALS as f64;
-        predicted += found.place.covariance_about(centre) / TRIALS as f64;
+        // By the noise given, which is right.
+        let given = found.noise_ratio.max(1.0).powi(2);
+        predicted += found.place.covariance_about(centre) / given / TRIALS as f64;
         ratio += found.noise_ratio.powi(2) / TRIALS as f64;
         weighed.push((found.place.transform() * target).distance(truth * target));
         // The same touches as if their noise were even: 0.26 mm is the root mean square of 0.1, 0.1 and 0.42.

@@ -83,6 +83,33 @@ fn a_star_without_labels_is_ambiguous() {
     assert_eq!(found.assignment, Feature::ALL);
 }
 
+/// Grooves of a plate are few: with a noise told large enough some of its places lie beside the touches' mirror image, and were accepted.
+#[test]
+fn mirrored_touches_are_refused() {
+    let drawing = uneven();
+    let mut mirrored = 0;
+    for seed in 0..6 {
+        for (axis, told) in [(0, 1.0), (0, 4.0), (1, 8.0), (2, 8.0)] {
+            let mut groups = touched(&drawing, seed);
+            let right = locate(&drawing, &unlabelled(&groups), &Options::new(told * SIGMA));
+            // Nothing is said of those that are right but that two places fit, where so much noise is told.
+            assert!(
+                matches!(right, Ok(_) | Err(Refused::Ambiguous { .. })),
+                "{seed} {told}: {:?}",
+                right.err()
+            );
+            for touch in groups.iter_mut().flat_map(|g| &mut g.touches) {
+                let mut mm = touch.mm();
+                mm[axis] = -mm[axis];
+                *touch = Point::new(mm[0], mm[1], mm[2]);
+            }
+            let refused = locate(&drawing, &unlabelled(&groups), &Options::new(told * SIGMA)).unwrap_err();
+            mirrored += usize::from(matches!(refused, Refused::Mirrored { .. }));
+        }
+    }
+    assert!(mirrored > 0);
+}
+
 #[test]
 fn touched_in_the_wrong_order() {
     let drawing = uneven();

@@ -17,6 +17,7 @@
 //! lie above the true one, by the spacing of the lowest frames, and how far the law may lie below the truth, by the least lateness of the last
 //! half second. `docs/clocks.md` has the measured errors.
 
+mod backlog;
 mod creep;
 mod envelope;
 mod hull;
@@ -32,6 +33,7 @@ pub use quality::{Event, Mapped, Quality, Reason};
 pub use settings::{Settings, Status};
 pub use spread::Spread;
 
+use backlog::Backlog;
 use creep::Creep;
 use envelope::Envelope;
 use spread::Lateness;
@@ -53,8 +55,11 @@ pub struct Mapping {
     far_behind: Trial,
     behind: Trial,
     creep: Creep,
-    /// Of a law that began since: a stamp and when its frame had arrived by the law before.
-    crept_from: Option<(i64, i64)>,
+    /// Of a law that began since: a stamp, when its frame had arrived by the law before, and what is less than a step between them.
+    crept_from: Option<(i64, i64, i64)>,
+    backlog: Backlog,
+    /// Arrivals of the first frame that was mapped and of the newest.
+    held: Option<(i64, i64)>,
     /// After a step that may have been a busy link: its size, and until which arrival both may be.
     doubt: Option<(i64, i64)>,
     lateness: Lateness,
@@ -66,9 +71,13 @@ pub struct Mapping {
 
 /// What is farther ahead of the law has to be said by more than one frame.
 const AHEAD_NS: f64 = 3e6;
+/// What a clock may go otherwise over a silence than before it.
+const UNKNOWN_SKEW: f64 = 20e-6;
 /// The law's noise, so many times, and this at least, is kept by every frame of the clock it belongs to.
 const NOISES: f64 = 12.0;
 const LEAST_STEP_NS: f64 = 0.5e6;
+/// A law that held for so long is that of a clock, ns: frames that leave it later are late by it.
+const GOOD_NS: i64 = 5_000_000_000;
 
 impl Mapping {
     /// A law that is less certain than this is not used: 100 ms.
@@ -88,6 +97,8 @@ impl Mapping {
             behind: Trial::new(law(), Side::Behind),
             creep: Creep::default(),
             crept_from: None,
+            backlog: Backlog::default(),
+            held: None,
             doubt: None,
             law: law(),
             lateness: Lateness::new(window_ns),
@@ -103,6 +114,7 @@ impl Mapping {
         let judged = self.stamps.judge(device_ns, arrival_ns);
         let back = self.last.is_some_and(|(last, _)| arrival_ns < last);
         let judged = if back { Some(Reason::ArrivalBackwards) } else { judged };
+        let before = self.law.has_settled().then(|| self.law.late(device_ns, arrival_ns));
         let (placed, step) = match judged {
             Some(reason) => {
                 if reason == Reason::Backwards {
@@ -112,10 +124,45 @@ impl Mapping {
             }
             None => self.follow(device_ns, arrival_ns),
         };
+        if !matches!(judged, Some(Reason::NoStamp | Reason::OutOfRange)) {
+            self.backlog.see(device_ns, arrival_ns);
+        }
+        self.backlog.rises(self.law_rose(before, step, device_ns, arrival_ns));
         let step = step.and_then(|by_ns| self.told.step(by_ns, arrival_ns));
         let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
         let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
-        self.conclude(placed, step.or(arrived), arrival_ns)
+        let waited_ns = self.waited(placed.err(), device_ns, arrival_ns);
+        Mapped {
+            waited_ns,
+            ..self.conclude(placed, step.or(arrived), arrival_ns)
+        }
+    }
+
+    /// How much the law rose with a frame that was late by `before`: by a step that was found, else by what left its window or came to it.
+    fn law_rose(&self, before: Option<f64>, step: Option<i64>, device_ns: i64, arrival_ns: i64) -> i64 {
+        match (step, before) {
+            (Some(by_ns), _) => by_ns.saturating_neg(),
+            (None, Some(before)) if self.law.has_settled() => (before - self.law.late(device_ns, arrival_ns)) as i64,
+            _ => 0,
+        }
+    }
+
+    /// How much longer a frame may have waited than its time says: what steps back may have been a queue, and what it is late by the law of
+    /// a clock that was good, where it has the time of its arrival as its stamps do not keep that law.
+    fn waited(&self, arrival: Option<Reason>, device_ns: i64, arrival_ns: i64) -> i64 {
+        let is_good = self
+            .held
+            .is_some_and(|(first, last)| last.saturating_sub(first) >= GOOD_NS);
+        let leaves_law = matches!(
+            arrival,
+            Some(Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague)
+        );
+        let late = if is_good && leaves_law && self.law.has_settled() {
+            self.law.late(device_ns, arrival_ns).max(0.0)
+        } else {
+            0.0
+        };
+        self.backlog.ns().saturating_add(self.backlog.hidden(late as i64))
     }
 
     /// When something was captured that the device stamped `device_ns` by the same clock and that arrived at `arrival_ns`, and how wrong that
@@ -143,7 +190,13 @@ impl Mapping {
 
     /// Lets the law take the frame. Gives whether the frame may be placed by it, and by how much the device's clock was found to be set.
     fn follow(&mut self, device_ns: i64, arrival_ns: i64) -> (Result<(), Reason>, Option<i64>) {
-        if self.law.is_empty() || self.law.silence(device_ns, arrival_ns) > self.window_ns as f64 {
+        let silence = self.law.silence(device_ns, arrival_ns);
+        if self.law.is_empty() || silence > self.window_ns as f64 {
+            if !self.law.is_empty() && self.law.has_settled() {
+                let late = self.law.late(device_ns, arrival_ns) as i64;
+                let unknown = AHEAD_NS + UNKNOWN_SKEW * silence;
+                self.crept_from = Some((device_ns, arrival_ns.saturating_sub(late), unknown as i64));
+            }
             let skew = self.law.skew();
             self.law.clear(skew);
             self.trials().into_iter().for_each(Trial::forget);
@@ -176,7 +229,7 @@ impl Mapping {
             return (step.map(|_| ()).ok_or(Reason::Ahead), step);
         }
         if let Some(by) = self.creep.lower(early, tolerance, arrival_ns) {
-            self.crept_from = Some((device_ns, arrival_ns.saturating_add(by as i64)));
+            self.crept_from = Some((device_ns, arrival_ns.saturating_add(by as i64), 0));
             let skew = self.law.skew();
             self.law.clear(skew);
             self.creep.forget();
@@ -186,13 +239,14 @@ impl Mapping {
         (Ok(()), None)
     }
 
-    /// The step that a law crept by, once the new one has settled.
+    /// The step that a law crept by, or was found behind a silence, once the new one has settled.
     fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<i64> {
-        let (device_from, arrival_from) = self.crept_from.filter(|_| self.law.has_settled())?;
+        let (device_from, arrival_from, least) = self.crept_from.filter(|_| self.law.has_settled())?;
         self.crept_from = None;
         let by_old_law = arrival_from.saturating_add(device_ns.saturating_sub(device_from));
         let by_new_law = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns) as i64);
-        Some(by_old_law.saturating_sub(by_new_law))
+        let by_ns = by_old_law.saturating_sub(by_new_law);
+        (by_ns.saturating_abs() > least).then_some(by_ns)
     }
 
     /// Lets the trials take a frame that is not ahead, and gives a step.
@@ -280,10 +334,13 @@ impl Mapping {
         self.last = Some((arrival_ns, capture));
         if placed.is_ok() {
             self.mapped += 1;
+            let first = self.held.map_or(arrival_ns, |(first, _)| first);
+            self.held = Some((first, arrival_ns));
             self.lateness.count(arrival_ns, arrival_ns.saturating_sub(capture));
         }
         Mapped {
             capture_ns: capture.saturating_sub(self.least_delay_ns),
+            waited_ns: 0,
             uncertain_ns: placed.ok().map(|(_, uncertain)| uncertain),
             quality: placed.map_or_else(Quality::Arrival, |_| Quality::Mapped),
             event,

@@ -13,6 +13,9 @@ pub const NOT_RECORDING: &str = "NOT RECORDING";
 /// In the note of a recorder that came after another had died in the middle of the run: what went out in between is in no file.
 pub const RECORDED_ANEW: &str = "begun anew";
 
+/// In the note of a localizer whose frames may have waited in a queue: in front of how long, ms, rounded up.
+pub const MAY_BE_OLDER: &str = "poses may be older by ms: ";
+
 /// Published by each process a few times a second.
 #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
@@ -112,5 +115,27 @@ impl Heartbeat {
     /// The note in words.
     pub fn note_text(&self) -> String {
         field_text(&self.note)
+    }
+}
+
+/// By how much a localizer that notes this says that its poses may be older than they look, ms.
+pub fn may_be_older_ms(note: &str) -> Option<u64> {
+    let (_, rest) = note.split_once(MAY_BE_OLDER)?;
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    rest[..end].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_much_older_poses_may_be_comes_through_a_note() {
+        let note = format!("60 frames/s; {MAY_BE_OLDER}3021 (a queue)");
+        assert_eq!(may_be_older_ms(&note), Some(3021));
+        assert_eq!(may_be_older_ms(&format!("{MAY_BE_OLDER}7")), Some(7));
+        for none in ["60 frames/s", MAY_BE_OLDER, "poses may be older by ms: -3"] {
+            assert_eq!(may_be_older_ms(none), None);
+        }
     }
 }

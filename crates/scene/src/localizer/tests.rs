@@ -20,6 +20,7 @@ fn a_peer_states_what_it_saw_unless_the_scene_says_otherwise() {
     };
     assert_eq!((link.peer, link.status), (Peer::Auto, StatusRule::Required));
     assert_eq!((link.stream, link.max_rotation_error), (None, 2e-3));
+    assert_eq!(link.least_distance_mm, 10.0);
     assert_eq!(link.silent, scene.limits.silent);
     assert!(parsed("").unwrap().localizer.is_none());
 }
@@ -85,6 +86,10 @@ fn what_cannot_be_is_refused_with_its_key() {
         (
             format!("{head}kind = \"openigtlink\"\nmax_rotation_error = 1"),
             "localizer.max_rotation_error: found 1",
+        ),
+        (
+            format!("{head}kind = \"openigtlink\"\nleast_distance_mm = -1"),
+            "localizer.least_distance_mm: found -1",
         ),
         (
             format!("{head}kind = \"openigtlink\"\nleast_delay_ms = nan"),

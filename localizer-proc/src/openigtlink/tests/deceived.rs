@@ -171,3 +171,35 @@ fn long_words_of_a_peer_are_cut() {
     let acts = client.bytes(&message, 0);
     assert!(words(&acts).iter().all(|words| words.len() < 300));
 }
+
+/// A proper rotation with a place in metres was a good pose a hair from the localizer, and so was the identity of what was never measured.
+#[test]
+fn a_place_in_metres_is_refused_with_its_distance_and_what_is_allowed() {
+    let mut client = alone("StylusToTracker", StatusRule::AbsentMeansValid);
+    let mut told = Vec::new();
+    let placed = [
+        ([0.1, 0.06, 0.11], false),
+        ([0.0; 3], false),
+        ([-1.9, 0.4, -3.2], false),
+        ([-6.0, 6.0, 6.0], true),
+        ([100.0, 60.0, 110.0], true),
+    ];
+    for (k, (translation, is_pose)) in (1..).zip(placed) {
+        let matrix = Matrix {
+            translation,
+            ..Matrix::IDENTITY
+        };
+        let mut message = Message::new(DeviceName::new("StylusToTracker").unwrap(), Body::Transform(matrix));
+        message.stamp = stamp(k * 20 * MS);
+        let acts = client.bytes(&message.to_vec().unwrap(), k * 20 * MS);
+        told.extend(words(&acts).into_iter().map(str::to_owned));
+        let frames = frames(acts);
+        let outcome = frames[0].seen[0].outcome;
+        assert_eq!(outcome.is_ok(), is_pose, "{translation:?}: {outcome:?}");
+        assert!(is_pose || outcome == Err(Lost::Refused), "{translation:?}");
+    }
+    assert!(
+        told[0].contains("0 mm from the localizer's origin") && told[0].contains("least_distance_mm allows 10 mm"),
+        "{told:?}"
+    );
+}

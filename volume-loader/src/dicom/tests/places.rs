@@ -110,6 +110,17 @@ fn too_few_slices_and_slices_at_one_place_are_refused() {
     );
 }
 
+/// A file that lies there twice, or a second point in time: both files are named, wherever they are in the folder.
+#[test]
+fn two_slices_at_one_place_are_named_by_their_files() {
+    let folder = at_heights(&[0.0, 2.0, 4.0, 2.0, 6.0]);
+    let error = folder.open().map(|_| ()).unwrap_err();
+    let said = error.to_string();
+    // The second and the fourth file, as a folder names them.
+    let [one, other] = ["021.dcm", "048.dcm"].map(|name| folder.path().join(name).display().to_string());
+    assert!(said.contains(&format!("(two of them: {one} and {other})")), "{said}");
+}
+
 #[test]
 fn uneven_steps_are_refused_with_the_list_of_gaps() {
     let error = refused(&at_heights(&[0.0, 2.0, 4.0, 8.0, 10.0, 20.0]));

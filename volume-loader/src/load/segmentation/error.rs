@@ -120,6 +120,12 @@ pub enum SegmentationError {
         /// The transfer syntax.
         found: &'static str,
     },
+    /// It is of another patient.
+    #[error(
+        "(0010,0020) PatientID: found another than the examination's: one of them is of another patient (values are not shown, as they name a \
+         patient)"
+    )]
+    OtherPatient,
     /// It belongs to another examination.
     #[error(
         "its places are in another frame of reference than the examination's (FrameOfReferenceUID): they are places in another scan, or of \

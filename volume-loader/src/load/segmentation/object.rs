@@ -12,6 +12,7 @@ use crate::dicom::header::{Placed, placed, walk};
 use crate::dicom::syntax::{Coding, PixelCoding};
 use crate::dicom::tag as el;
 use crate::dicom::text::charset::Charset;
+use crate::dicom::text::digest;
 use crate::dicom::walk::{Element, WalkError, Walker};
 use crate::source::ReadError;
 
@@ -24,6 +25,7 @@ const ASKED: Asked = Asked {
         el::SOP_CLASS,
         el::MEDIA_SOP_CLASS,
         el::TRANSFER_SYNTAX,
+        el::PATIENT_ID,
         el::FRAME_OF_REFERENCE,
         el::SAMPLES,
         el::FRAMES,
@@ -88,6 +90,8 @@ pub(super) struct Object {
     pub step_mm: Option<f64>,
     /// Never shown.
     pub frame_of_reference: String,
+    /// A digest of PatientID.
+    pub patient: Option<u64>,
     pub pixels: Element,
 }
 
@@ -157,6 +161,7 @@ impl Object {
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).ok_or(FileError::Missing {
                 tag: el::FRAME_OF_REFERENCE,
             })?,
+            patient: e.get(el::PATIENT_ID).and_then(digest),
             pixels,
         };
         if !sequences.is_of_one_time()? {

@@ -55,6 +55,11 @@ impl SegmentationSource {
         &self.object.frame_of_reference
     }
 
+    /// A digest of PatientID; never shown.
+    pub(crate) fn patient(&self) -> Option<u64> {
+        self.object.patient
+    }
+
     /// The segments with their names, in the order of the file.
     pub(crate) fn segments(&self) -> &[(i16, String)] {
         &self.object.segments
@@ -188,7 +193,13 @@ fn refused(path: &Path, error: LatticeError) -> ReadError {
             let source = SegmentationError::Nearly;
             ReadError::Segmentation { path, source }
         }
-        LatticeError::Geometry(source) => DicomError::Geometry { path, number, source }.into(),
+        LatticeError::Geometry(source) => DicomError::Geometry {
+            path,
+            number,
+            source,
+            two: None,
+        }
+        .into(),
         LatticeError::Grid(source) => DicomError::Grid { path, number, source }.into(),
         LatticeError::Step(source) => ReadError::Segmentation { path, source },
         LatticeError::Element(source) => DicomError::File { path, source }.into(),

@@ -33,6 +33,7 @@ struct Made {
     frames: Vec<Frame>,
     step: Option<&'static str>,
     frame_of_reference: &'static str,
+    patient: &'static str,
     /// TemporalPositionIndex of the last frame; of the others it is 1.
     time: u32,
     /// BitsStored, where it is not BitsAllocated.
@@ -59,6 +60,7 @@ impl Made {
             ],
             step: Some("2.5"),
             frame_of_reference: "1.2.3.4.6",
+            patient: "",
             time: 1,
             stored: None,
             pixels: None,
@@ -118,6 +120,9 @@ impl Made {
             .us((0x0028, 0x0101), self.stored.unwrap_or(self.bits))
             .text((0x0062, 0x0001), "CS", self.kind)
             .us((0x0062, 0x000E), 200);
+        if !self.patient.is_empty() {
+            file.text((0x0010, 0x0020), "LO", self.patient);
+        }
         let segments: Vec<Elements> = self.segments.iter().map(segment).collect();
         file.set((0x0062, 0x0002), Value::Items(segments, self.open));
         file.set((0x5200, 0x9229), Value::Items(vec![self.shared()], self.open));
@@ -443,6 +448,30 @@ fn a_segmentation_of_another_frame_of_reference_is_refused() {
     let said = open_labels(&path, Some(&examination), 1).err().unwrap().to_string();
     assert!(said.contains("another frame of reference"), "{said}");
     assert!(!said.contains("1.2.3.4"), "{said}");
+}
+
+/// In the same frame of reference; PatientID is compared as text, and one that is not said is none.
+#[test]
+fn a_segmentation_of_another_patient_is_refused_and_neither_is_named() {
+    let series = tempfile::tempdir().unwrap();
+    for k in 0..4 {
+        let mut file = File::slice(k, 2.5 * k as f64);
+        file.text((0x0010, 0x0020), "LO", "SECRET-1");
+        std::fs::write(series.path().join(format!("{k}.dcm")), file.bytes()).unwrap();
+    }
+    let examination = VolumeSpec::of_path(series.path().to_owned());
+    for (patient, is_taken) in [("SECRET-1", true), ("SECRET-1 ", true), ("", true), ("SECRET-2", false)] {
+        let (_folder, path) = Made { patient, ..Made::new() }.put();
+        let opened = open_labels(&path, Some(&examination), 1);
+        assert_eq!(opened.is_ok(), is_taken, "{patient:?}");
+        let said = opened.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(
+            is_taken || said.contains("PatientID") && said.contains("organs"),
+            "{said}"
+        );
+        assert!(!said.contains("SECRET"), "{said}");
+        assert!(open_labels(&path, None, 1).is_ok());
+    }
 }
 
 /// Cut off anywhere, and with each byte of the header changed: read whole, or refused; never a panic.

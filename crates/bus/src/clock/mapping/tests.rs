@@ -3,6 +3,7 @@
 mod found;
 pub(crate) mod links;
 mod odd;
+mod queue;
 mod study;
 
 use super::Settings;
