@@ -68,7 +68,7 @@ impl Obstacle {
         let moved = field.facts.moved;
         let surface = near.surface(Receded { field, by: level }, &near.organ, reach)?;
         for point in &body.mesh.surface {
-            near.proved(&surface, &point.at, point.area)?;
+            near.proved(&surface, &point.at, point.gap)?;
         }
         Ok(Self {
             by,
@@ -182,8 +182,8 @@ impl Near<'_> {
 
     /// # Errors
     /// An edge that is too thin at the organ itself: no state would be proved.
-    fn proved(&self, surface: &LevelSet, at: &Vector3<f64>, area: f64) -> Checked<()> {
-        match surface.unproved_at_rest(at, area) {
+    fn proved(&self, surface: &LevelSet, at: &Vector3<f64>, gap: f64) -> Checked<()> {
+        match surface.unproved_at_rest(at, gap) {
             None => Ok(()),
             Some(why) => {
                 let place = self.labels.patient(at);

@@ -19,17 +19,16 @@ mod edges;
 mod foot;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::cells::Curved;
+use super::tree::Tree;
 use super::tube::Distance;
 use edges::Looked;
 pub use edges::{LeftOut, Unproved};
-pub(in crate::space) use tree::Tree;
 
 /// Points of the surface are so far apart at most, in radii of the ball that rolls inside.
 const SPACING: f64 = 0.5;

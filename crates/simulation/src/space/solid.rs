@@ -17,6 +17,7 @@ pub use particles::{NoParticles, Particle, Particles};
 use nalgebra::{Rotation3, Vector3};
 
 use super::cells::Share;
+use super::gap::gap_of;
 use crate::sparse::Triplets;
 
 /// A solid of any kind. Parameters `a` are a slice of [`Self::parameters`] numbers, all with the unit of length, so that
@@ -78,6 +79,11 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
 
     /// A point of the surface in the reference configuration: its place, the unit normal out there, and the area it stands for.
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64);
+
+    /// Half of the way from a point of the surface to the next in the reference configuration, mm. By its area where no more is known.
+    fn gap(&self, point: usize) -> f64 {
+        gap_of(self.reference(point).2)
+    }
 
     /// Points inside, moved by nodes as [`Self::combination`] has it: what has come through the surface between its points is found by
     /// these. None where they are not known.

@@ -50,35 +50,6 @@ pub(super) const MOST_INSIDE: f64 = 0.4;
 /// back where it came from.
 pub(super) const DEEPEST_PART: f64 = 0.5;
 
-/// How far the middle between points of such an area may be from them, where they are at something, mm.
-pub(super) fn gap_at(area: f64, distance: f64) -> f64 {
-    if distance < SEEN_AT * area.sqrt() {
-        middle_of(area)
-    } else {
-        0.0
-    }
-}
-
-/// How far the middle between points of such an area is from them, mm: of Gauss points of a square the middle of four is three quarters of the root of their
-/// area away.
-pub(super) fn middle_of(area: f64) -> f64 {
-    0.75 * area.sqrt()
-}
-
-/// Points are at something rigid nearer than this, mm: within its radius, however far points there have been drawn apart.
-pub(super) fn seen_from(radius: f64, area: f64) -> f64 {
-    radius.max(SEEN_AT * area.sqrt())
-}
-
-/// The half of the way to the next point on the straight way from rest, where the surface is stretched by this at its end, mm.
-pub(super) fn widest_on_the_way(area: f64, stretch: f64) -> f64 {
-    // Deformation gradients on the way are means of the last one and none.
-    middle_of(area) * stretch.max(1.0)
-}
-
-/// Points are at something nearer than so many sides of their area.
-pub(super) const SEEN_AT: f64 = 1.5;
-
 /// A term of the energy.
 pub trait Term: std::fmt::Debug + Send + Sync {
     /// The energy; `None` where the state is not allowed.

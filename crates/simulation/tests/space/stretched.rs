@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 use simulation::law::{Law, Ogden};
-use simulation::space::cells::{Ball, Depth, Mesh, Plane, Settings};
+use simulation::space::cells::{Ball, Depth, Mesh, Plane, Settings, SurfacePoint};
 use simulation::space::equilibrium::NoEquilibrium;
 
 use super::push::{EVERYWHERE, Pushed, quarter};
@@ -76,7 +76,8 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
         // Places looked at are at most half of the spacing apart along their base, 0.36 from its middle.
         assert!(least >= 1.0 && most < 1.5 && most > 0.5, "{least} {most}");
         // Two Gauss points in more parts are as near to one another, and stand for the same area.
-        let mut few = mesh.clone();
+        let corners = [-10.0, 10.0].map(Vector3::repeat);
+        let mut few = Mesh::new(field, corners, &Settings::of_side(5.0), &|_, _| false).unwrap();
         few.lay_points_by(field, |_, _| {
             Some((
                 1.0,
@@ -97,11 +98,80 @@ fn points_are_as_near_to_one_another_as_asked_and_stand_for_all_of_the_area() {
         // A spacing that no part of a cube is small enough for leaves the points as they are.
         let mut kept = mesh.clone();
         kept.lay_points(field, Depth::default(), |_, _| Some(1e-6));
-        assert_eq!(kept.surface, mesh.surface);
+        let same = |(one, other): (&SurfacePoint, &SurfacePoint)| one.at == other.at && one.area == other.area;
+        assert!(kept.surface.len() == mesh.surface.len() && kept.surface.iter().zip(&mesh.surface).all(same));
         // None stands for next to nothing, which would settle slowly.
         let smallest = mesh.surface.iter().map(|p| p.area).fold(f64::INFINITY, f64::min);
         println!("least area {smallest} mm^2");
     }
+}
+
+/// How far the worst of a denser set's places that are `asked` is beyond the gap of every point, mm.
+fn unseen(points: &Mesh, places: &Mesh, asked: impl Fn(&Vector3<f64>) -> bool) -> f64 {
+    let beyond = |at: &Vector3<f64>| {
+        let each = points.surface.iter().map(|p| (p.at - at).norm() - p.gap);
+        each.fold(f64::INFINITY, f64::min)
+    };
+    places
+        .surface
+        .iter()
+        .filter(|p| asked(&p.at))
+        .map(|p| beyond(&p.at))
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// A cube in which another area is found keeps its points, some of which stand for next to nothing: their gaps were told by that.
+#[test]
+fn gaps_of_a_cube_that_keeps_its_points_are_no_less_than_its_places_are_from_them() {
+    let ball = Ball {
+        centre: Vector3::new(0.3, -0.7, 1.1),
+        radius: 8.0,
+    };
+    let corners = [-10.0, 10.0].map(Vector3::repeat);
+    let made = |points: usize| {
+        let depth = Depth {
+            points,
+            ..Depth::default()
+        };
+        let settings = Settings {
+            depth,
+            ..Settings::of_side(10.0)
+        };
+        Mesh::new(&ball, corners, &settings, &|_, _| false).unwrap()
+    };
+    let mut dense = made(4);
+    dense.lay_points(&ball, Depth::default(), |_, _| Some(0.4));
+    // With one Gauss point areas are off by more than a hundredth.
+    let coarse = made(1);
+    let mut told = coarse.clone();
+    told.lay_points(&ball, Depth::default(), |_, _| Some(1.0));
+    let laid_before = |p: &&SurfacePoint| coarse.surface.iter().any(|q| q.at == p.at);
+    let kept: Vec<_> = told.surface.iter().filter(laid_before).collect();
+    // Eight cubes, one for each sign of the three coordinates.
+    let is_kept = |at: &Vector3<f64>| kept.iter().any(|p| (0..3).all(|k| (p.at[k] > 0.0) == (at[k] > 0.0)));
+    let (before, now) = (unseen(&coarse, &dense, is_kept), unseen(&told, &dense, is_kept));
+    let elsewhere = unseen(&told, &dense, |at| !is_kept(at));
+    let (count, all) = (kept.len(), told.surface.len());
+    println!(
+        "{count} of {all} points kept; places {before:.2} mm beyond gaps before, {now:.2} now, {elsewhere:.2} elsewhere"
+    );
+    assert!(count > 0 && count < all && before > 0.3, "{before}");
+    // The denser set's own places are on the surface to rounding.
+    assert!(now <= 1e-9, "{now}");
+    // Elsewhere they are those of places looked at, each up to 0.36 mm from the middle between it and the next.
+    assert!(elsewhere < 0.36, "{elsewhere}");
+    // Contact counts them.
+    let wide = |factor: f64| {
+        let mut block = quarter(&Settings::of_side(25.0), &[]);
+        block.surface.iter_mut().for_each(|p| p.gap *= factor);
+        let pushed = Pushed::of(block, 0.45, RADIUS);
+        pushed.system.tubes[0].widest_gap(&pushed.system.bodies, &pushed.a)
+    };
+    assert!(
+        wide(1.0) > 0.0 && (wide(1.5) / wide(1.0) - 1.5).abs() < 1e-9,
+        "{}",
+        wide(1.5)
+    );
 }
 
 /// A stroke in parts; the deepest place of the surface between its points at each of them, or why it ended.

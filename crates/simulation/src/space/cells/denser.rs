@@ -9,11 +9,15 @@ use super::mesh::Mesh;
 use super::parts::SurfacePoint;
 use super::rule::{Depth, Rule, gauss};
 use super::surface::faces_of;
+use crate::space::gap::gap_of;
+use crate::space::tree::Tree;
 
 /// Halvings of a cube's sides at most, in search of places on its surface.
 const MOST_HALVINGS: u32 = 5;
 /// Cubes in which other places have an area that differs by more than this part of it keep their points.
 const MOST_OTHER: f64 = 0.01;
+/// Boxes in which places of the surface are told from none are no smaller than this part of a cube.
+const FINEST: f64 = 16.0;
 
 impl Mesh {
     /// Lays the points of the surface anew in cubes for which `spacing(low, high)` is a length, mm: of many places on it those that no one before is nearer to
@@ -23,7 +27,9 @@ impl Mesh {
     /// slowly, and they leave gaps.
     ///
     /// `field` is that which the mesh was made with, `depth` how places are looked for. A cube keeps its points where no spacing is asked, where the 32nd of its side
-    /// is too large for the spacing, and where another area is found, as where its surface lies on its face by rounding.
+    /// is too large for the spacing, and where another area is found, with four Gauss points too, as where its surface lies on its face by rounding. Where a spacing was asked
+    /// [`SurfacePoint::gap`] is then no less than any place of the surface in the cube is from the nearest point; elsewhere no less than those places are that were looked at. A cube whose points were laid
+    /// before may stand for other areas than its own, and then keeps them.
     pub fn lay_points(
         &mut self,
         field: &dyn Field,
@@ -42,17 +48,18 @@ impl Mesh {
     ) {
         let mut old: Vec<Vec<SurfacePoint>> = vec![Vec::new(); self.cells.len()];
         self.surface.iter().for_each(|p| old[p.cell as usize].push(*p));
-        let (mut kept, mut samples) = (Vec::new(), Vec::new());
+        let (mut kept, mut samples, mut coarse) = (Vec::new(), Vec::new(), Vec::new());
         for (number, points) in old.into_iter().enumerate() {
-            let [low, high] = self.grid.corners(&self.cells[number]);
-            let wanted = spacing(&low, &high).filter(|(s, _)| s.is_finite() && *s > 0.0 && !points.is_empty());
-            let new = wanted.and_then(|wanted| Some((wanted.0, samples_of(self, field, number, wanted)?)));
-            let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
-            match new {
-                Some((spacing, new)) if (area(&new) - area(&points)).abs() <= MOST_OTHER * area(&points) => {
-                    samples.extend(new.into_iter().map(|p| (p, spacing)));
+            let corners = self.grid.corners(&self.cells[number]);
+            let wanted = spacing(&corners[0], &corners[1]);
+            let wanted = wanted.filter(|(s, _)| s.is_finite() && *s > 0.0 && !points.is_empty());
+            match wanted.map(|wanted| (wanted.0, laid(self, field, number, wanted, &points))) {
+                Some((spacing, Some(new))) => samples.extend(new.into_iter().map(|p| (p, spacing))),
+                Some((spacing, None)) => {
+                    coarse.push((corners, spacing));
+                    kept.extend(points);
                 }
-                _ => kept.extend(points),
+                None => kept.extend(points),
             }
         }
         // Points of other cubes are no reason to drop one where no spacing was asked.
@@ -60,7 +67,55 @@ impl Mesh {
         // Later readers go through the points cube by cube.
         kept.sort_by_key(|p| p.cell);
         self.surface = kept;
+        widen(&mut self.surface, field, &coarse);
     }
+}
+
+/// Places on the surface in a cube whose area is that of its points; with few Gauss points, which may miss a corner that the surface cuts off, and then with more.
+fn laid(
+    mesh: &Mesh,
+    field: &dyn Field,
+    number: usize,
+    (spacing, depth): (f64, Depth),
+    points: &[SurfacePoint],
+) -> Option<Vec<SurfacePoint>> {
+    let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
+    let is_same = |new: &Vec<SurfacePoint>| (area(new) - area(points)).abs() <= MOST_OTHER * area(points);
+    let found = |points: usize| samples_of(mesh, field, number, (spacing, Depth { points, ..depth })).filter(is_same);
+    let more = Depth::default().points;
+    found(depth.points).or_else(|| (depth.points < more).then(|| found(more))?)
+}
+
+/// Where cubes kept their points though nearer ones were asked, their gaps are no less than places of the surface there are from the nearest point of all.
+fn widen(points: &mut [SurfacePoint], field: &dyn Field, cubes: &[([Vector3<f64>; 2], f64)]) {
+    if cubes.is_empty() {
+        return;
+    }
+    let tree = Tree::new(points.iter().map(|p| p.at).collect());
+    for (corners, spacing) in cubes {
+        let finest = ((corners[1] - corners[0]).norm() / FINEST).max(0.5 * spacing);
+        let mut waiting = vec![*corners];
+        while let Some([low, high]) = waiting.pop() {
+            let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).norm());
+            // Bounds hold for certain: no place of the surface is left out, wherever Gauss points see none.
+            if is_clear(field, &low, &high, &steepest(field, &low, &high)) {
+                continue;
+            }
+            if half > 0.5 * finest {
+                waiting.extend((0..8).map(|n| eighth(&low, &high, n)));
+            } else if let Some((k, apart)) = tree.nearest_given(&middle) {
+                points[k].gap = points[k].gap.max(apart + half);
+            }
+        }
+    }
+}
+
+/// One of the eight parts of a box.
+fn eighth(low: &Vector3<f64>, high: &Vector3<f64>, number: usize) -> [Vector3<f64>; 2] {
+    let half = 0.5 * (high - low);
+    let is_upper = Vector3::from([number % 2, number / 2 % 2, number / 4].map(|k| k as f64));
+    let low = low + half.component_mul(&is_upper);
+    [low, low + half]
 }
 
 /// Places on the surface in a cube, along the axes no farther apart than half the spacing; `None` where they would be too many.
@@ -141,11 +196,16 @@ fn thinned(samples: Vec<(SurfacePoint, f64)>) -> Vec<SurfacePoint> {
         let key = boxes.key(&sample.at);
         if boxes.around(key).all(|k| (kept[k].at - sample.at).norm() >= *spacing) {
             boxes.boxes.entry(key).or_default().push(kept.len());
-            kept.push(SurfacePoint { area: 0.0, ..*sample });
+            kept.push(SurfacePoint {
+                area: 0.0,
+                gap: 0.0,
+                ..*sample
+            });
         }
     }
     // Only now all that are kept are known: an area goes to the nearest of them.
-    let (mut areas, mut around, mut last) = (vec![0.0; kept.len()], Vec::new(), None);
+    let (mut areas, mut farthest) = (vec![0.0; kept.len()], vec![0.0_f64; kept.len()]);
+    let (mut around, mut last) = (Vec::new(), None);
     for (sample, _) in &samples {
         let key = boxes.key(&sample.at);
         // Samples come cube by cube: the next is often in the same box.
@@ -153,10 +213,13 @@ fn thinned(samples: Vec<(SurfacePoint, f64)>) -> Vec<SurfacePoint> {
             around = boxes.around(key).collect();
         }
         let away = around.iter().map(|k| ((kept[*k].at - sample.at).norm(), *k));
-        if let Some((_, k)) = away.min_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1))) {
+        if let Some((apart, k)) = away.min_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1))) {
             areas[k] += sample.area;
+            farthest[k] = farthest[k].max(apart);
         }
     }
-    kept.iter_mut().zip(areas).for_each(|(point, area)| point.area = area);
+    for (point, (area, farthest)) in kept.iter_mut().zip(areas.into_iter().zip(farthest)) {
+        (point.area, point.gap) = (area, gap_of(area).max(farthest));
+    }
     kept
 }

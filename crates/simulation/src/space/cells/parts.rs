@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::rule::Surface;
+use crate::space::gap::gap_of;
 
 /// An element: its nodes, three unknowns each, and its table.
 #[derive(Debug, Clone)]
@@ -42,6 +43,8 @@ pub struct SurfacePoint {
     pub normal: Vector3<f64>,
     /// Area that it stands for, mm^2.
     pub area: f64,
+    /// Half of the way to the next point, mm: places of the surface that no other point is nearer to are about so far off at most. See [`super::Mesh::lay_points`].
+    pub gap: f64,
 }
 
 impl SurfacePoint {
@@ -51,6 +54,7 @@ impl SurfacePoint {
             at: surface.at,
             normal: surface.normal,
             area: surface.area,
+            gap: gap_of(surface.area),
         }
     }
 }

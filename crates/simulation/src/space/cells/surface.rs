@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use super::mesh::Mesh;
 use super::parts::SurfacePoint;
 use super::rule::gauss;
+use crate::space::gap::gap_of;
 
 impl Mesh {
     /// Free nodes, with weights, whose weighted displacements are that of a point of the surface.
@@ -71,11 +72,13 @@ fn face(cell: usize, low: &Vector3<f64>, high: &Vector3<f64>, axis: usize, up: b
             let mut at = if up { *high } else { *low };
             at[a] = low[a] + side[a] * x;
             at[b] = low[b] + side[b] * y;
+            let area = side[a] * side[b] * wx * wy;
             points.push(SurfacePoint {
                 cell: cell as u32,
                 at,
                 normal,
-                area: side[a] * side[b] * wx * wy,
+                area,
+                gap: gap_of(area),
             });
         }
     }

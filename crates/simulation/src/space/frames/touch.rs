@@ -8,7 +8,7 @@ use crate::space::system::System;
 use crate::space::term::ObstacleContact;
 use crate::space::tube::Distance;
 
-/// A point: its solid and number there, its place and area in the reference configuration, where its nodes begin, what it may touch, and
+/// A point: its solid and number there, its place, area and half of the way to the next in the reference configuration, where its nodes begin, what it may touch, and
 /// the pressure there at the start.
 #[derive(Debug, Clone, Copy)]
 struct Touch {
@@ -16,6 +16,7 @@ struct Touch {
     point: usize,
     at: Vector3<f64>,
     area: f64,
+    gap: f64,
     first: usize,
     with: usize,
     pressure: f64,
@@ -102,6 +103,7 @@ impl Touches {
             point,
             at,
             area,
+            gap: solid.gap(point),
             first,
             with,
             pressure,
@@ -137,9 +139,9 @@ impl Touches {
         }
     }
 
-    /// Area of a point as the surface is stretched there, mm^2: the widest way of a long thin part counts for all of it.
-    pub(super) fn stretched_area(&self, point: usize, system: &System, a: &[f64]) -> f64 {
-        self.area(point) * self.stretch(point, system, a).powi(2)
+    /// Half of the way from a point to the next at rest, mm.
+    pub(super) fn gap(&self, point: usize) -> f64 {
+        self.points[point].gap
     }
 
     /// How much the surface is stretched at a point at most.

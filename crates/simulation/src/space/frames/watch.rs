@@ -6,25 +6,23 @@ use super::Frames;
 use super::around::Around;
 use super::report::Refused;
 use super::touch::is_moved;
+use crate::space::gap::{gap_at, seen_from, widest_on_the_way};
 use crate::space::level_set::Unproved;
 use crate::space::solid::Inner;
 use crate::space::system::System;
-use crate::space::term::{
-    ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, TubeForce, depth_or_all, gap_at, seen_from,
-    widest_on_the_way,
-};
+use crate::space::term::{ContactForce, DEEPEST_PART, MOST_INSIDE, ObstacleContact, TubeForce, depth_or_all};
 use crate::space::tube::Tube;
 
 /// Cubes are near the tube whose middle is within so many of their sides.
 const NEAR_SIDES: f64 = 2.0;
 
-/// A point of a surface where no contact with the tube (number 0) or bone is prepared: its solid, its number there, and its area.
+/// A point of a surface where no contact with the tube (number 0) or bone is prepared: its solid, its number there, and half of the way to the next at rest.
 #[derive(Debug, Clone)]
 struct Other {
     with: usize,
     body: usize,
     point: usize,
-    area: f64,
+    gap: f64,
 }
 
 /// What a state looks like at the tube and at bones.
@@ -55,7 +53,7 @@ impl Others {
             with,
             body,
             point,
-            area: system.bodies.solid(body).reference(point).2,
+            gap: system.bodies.solid(body).gap(point),
         };
         // At the tube also those that nothing moves: the tube may not be in them.
         let at_tube = all.filter(|(b, point)| {
@@ -115,7 +113,7 @@ impl Others {
         for other in &self.points {
             let (solid, part) = (system.bodies.solid(other.body), system.bodies.part(other.body, a));
             let most = match other.with {
-                0 if gaps => seen_from(around.rigid(0).radius(), other.area),
+                0 if gaps => seen_from(around.rigid(0).radius(), other.gap),
                 _ => 0.0,
             };
             let near = around.within(other.with, &solid.point(part, other.point), most);
@@ -126,7 +124,7 @@ impl Others {
             depth = depth.max(depth_or_all(-near.value));
             if other.with == 0 && gaps {
                 let stretch = solid.stretch(part, other.point);
-                gap = gap.max(gap_at(other.area * stretch * stretch, near.value));
+                gap = gap.max(gap_at(other.gap * stretch, near.value));
             }
         }
         (depth, gap)
@@ -147,7 +145,7 @@ impl Frames {
         for point in 0..touches.len() {
             let with = touches.with(point);
             let most = match gaps {
-                true => seen_from(around.rigid(with).radius(), touches.area(point)),
+                true => seen_from(around.rigid(with).radius(), touches.gap(point)),
                 false => 0.0,
             };
             let near = touches.within(point, v, &around, most);
@@ -157,7 +155,9 @@ impl Frames {
             let (depth, gap) = &mut each[with];
             *depth = depth.max(depth_or_all(-near.value));
             if gaps {
-                *gap = gap.max(gap_at(touches.stretched_area(point, &self.system, a), near.value));
+                // The widest way of a long thin part counts for all of it.
+                let wide = touches.gap(point) * touches.stretch(point, &self.system, a);
+                *gap = gap.max(gap_at(wide, near.value));
             }
         }
         Seen { unprepared, each }
@@ -200,10 +200,10 @@ impl Frames {
     fn unproved(&self, tube: &Tube, a: &[f64], v: &[f64]) -> Option<Unproved> {
         let (touches, around) = (&self.contact.touches, self.around(tube));
         (0..touches.len()).find_map(|point| {
-            let (rigid, area) = (around.rigid(touches.with(point)), touches.area(point));
+            let (rigid, at_rest) = (around.rigid(touches.with(point)), touches.gap(point));
             let way = [&touches.at_rest(point), &touches.at(point, v)];
-            let gap = || widest_on_the_way(area, touches.stretch(point, &self.system, a));
-            rigid.unproved(way, seen_from(rigid.radius(), area), &gap)
+            let gap = || widest_on_the_way(at_rest, touches.stretch(point, &self.system, a));
+            rigid.unproved(way, seen_from(rigid.radius(), at_rest), &gap)
         })
     }
 

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use super::{LevelSet, NoSurface, SPACING, Tree, cover, foot};
 use crate::space::cells::Curved;
-use crate::space::term::{seen_from, widest_on_the_way};
+use crate::space::gap::{seen_from, widest_on_the_way};
 
 /// Round the organ's reach as much is looked at as feet and balls of what is within it may need, in radii.
 const BEYOND: f64 = 2.0;
@@ -163,9 +163,9 @@ impl LevelSet {
 }
 
 impl LevelSet {
-    /// The same of a point that stands for `area` of a surface, mm^2, where it is at rest.
-    pub fn unproved_at_rest(&self, at: &Vector3<f64>, area: f64) -> Option<Unproved> {
-        self.unproved([at, at], seen_from(self.radius, area), &|| widest_on_the_way(area, 1.0))
+    /// The same of a point where it is at rest, half of the way to the next of which is `gap`, mm.
+    pub fn unproved_at_rest(&self, at: &Vector3<f64>, gap: f64) -> Option<Unproved> {
+        self.unproved([at, at], seen_from(self.radius, gap), &|| widest_on_the_way(gap, 1.0))
     }
 }
 

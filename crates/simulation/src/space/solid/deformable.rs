@@ -186,6 +186,10 @@ impl Solid for Deformable {
         (point.at, point.normal, point.area)
     }
 
+    fn gap(&self, point: usize) -> f64 {
+        self.mesh.surface[point].gap
+    }
+
     fn inner(&self) -> Vec<Inner> {
         let points = self.mesh.points().iter();
         let inner = points.map(|point| Inner {

@@ -38,8 +38,8 @@ pub enum NoBlock {
     Material(#[from] NotMixed),
 }
 
-/// A point of the surface: place, normal, area, and the weights of the block's nodes.
-type SurfacePoint = (Vector3<f64>, Vector3<f64>, f64, [f64; NODES]);
+/// A point of the surface: place, normal, area and gap, and the weights of the block's nodes.
+type SurfacePoint = (Vector3<f64>, Vector3<f64>, [f64; 2], [f64; NODES]);
 
 /// A solid in a deformable block of 27 nodes.
 #[derive(Debug, Clone)]
@@ -93,7 +93,7 @@ impl Global {
             table: Table::new(NODES, &points, Dilatation::Linear)?,
             nodes: (0..NODES).map(|n| centre + half.component_mul(&corner(n))).collect(),
             surface: surface
-                .map(|p| (p.at, p.normal, p.area, shape::values_27(local(&p.at))))
+                .map(|p| (p.at, p.normal, [p.area, p.gap], shape::values_27(local(&p.at))))
                 .collect(),
             extent: 2.0 * half.max(),
             centre,
@@ -176,8 +176,12 @@ impl Solid for Global {
     }
 
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64) {
-        let (at, normal, area, _) = self.surface[point];
+        let (at, normal, [area, _], _) = self.surface[point];
         (at, normal, area)
+    }
+
+    fn gap(&self, point: usize) -> f64 {
+        self.surface[point].2[1]
     }
 
     fn point(&self, a: &[f64], point: usize) -> Vector3<f64> {

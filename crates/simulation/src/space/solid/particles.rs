@@ -93,6 +93,7 @@ struct SurfacePoint {
     at: Vector3<f64>,
     normal: Vector3<f64>,
     area: f64,
+    gap: f64,
     row: Vec<(u32, f64)>,
     slopes: Vec<(u32, Vector3<f64>)>,
 }
@@ -150,6 +151,7 @@ impl Particles {
                 at: point.at,
                 normal: point.normal,
                 area: point.area,
+                gap: point.gap,
                 row: shares.iter().map(|s| (s.node, s.weight)).collect(),
                 slopes: shares.iter().map(|s| (s.node, s.slope)).collect(),
             });
@@ -321,6 +323,10 @@ impl Solid for Particles {
     fn reference(&self, point: usize) -> (Vector3<f64>, Vector3<f64>, f64) {
         let point = &self.surface[point];
         (point.at, point.normal, point.area)
+    }
+
+    fn gap(&self, point: usize) -> f64 {
+        self.surface[point].gap
     }
 
     fn inner(&self) -> Vec<Inner> {

@@ -18,8 +18,9 @@ use nalgebra::Vector3;
 
 use super::pressures::{BadStiffness, Pressures, Touch};
 use super::rigid::ContactForce;
-use super::{Change, DEEPEST_PART, Fit, Term, gap_at};
+use super::{Change, DEEPEST_PART, Fit, Term};
 use crate::space::bodies::Bodies;
+use crate::space::gap::gap_at;
 use crate::space::level_set::LevelSet;
 use crate::space::solid::Solid;
 use crate::sparse::Triplets;
@@ -214,7 +215,7 @@ impl Term for OrganContact {
 
     fn fit(&self, bodies: &Bodies, a: &[f64]) -> Option<Fit> {
         let now = self.now(bodies, a);
-        let gap = |touch: &Touch| now.pulled(touch).map_or(0.0, |pulled| gap_at(touch.area, pulled.now()));
+        let gap = |touch: &Touch| now.pulled(touch).map_or(0.0, |pulled| gap_at(touch.gap, pulled.now()));
         Some(Fit {
             inside: 0.0,
             depth: now.depth().max(now.far_depth()),

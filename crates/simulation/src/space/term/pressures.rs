@@ -27,6 +27,8 @@ pub struct BadStiffness {
 pub(super) struct Touch {
     pub(super) point: usize,
     pub(super) area: f64,
+    /// Half of the way to the next at rest, mm.
+    pub(super) gap: f64,
     pub(super) pressure: f64,
 }
 
@@ -56,6 +58,7 @@ impl Pressures {
             wanted(&at, &normal).then_some(Touch {
                 point,
                 area,
+                gap: solid.gap(point),
                 pressure: 0.0,
             })
         });

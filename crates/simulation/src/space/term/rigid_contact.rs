@@ -4,8 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::pressures::{BadStiffness, Pressures, Touch, depth_or_all};
 use super::rigid::{ContactForce, Rigid};
-use super::{Change, DEEPEST_PART, Fit, Term, gap_at, seen_from, widest_on_the_way};
+use super::{Change, DEEPEST_PART, Fit, Term};
 use crate::space::bodies::Bodies;
+use crate::space::gap::{gap_at, seen_from, widest_on_the_way};
 use crate::space::level_set::{LevelSet, Unproved};
 use crate::space::solid::Solid;
 use crate::space::tube::{Distance, Tube};
@@ -90,13 +91,13 @@ impl<R: Rigid> RigidContact<R> {
     pub fn widest_gap(&self, bodies: &Bodies, a: &[f64]) -> f64 {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         let gap = |touch: &Touch| {
-            let most = seen_from(self.rigid.radius(), touch.area);
+            let most = seen_from(self.rigid.radius(), touch.gap);
             let Some(near) = self.near(solid, part, touch, most).filter(|near| near.value <= most) else {
                 return 0.0;
             };
             // The widest way of a long thin part counts for all of it.
             let stretch = solid.stretch(part, touch.point);
-            gap_at(touch.area * stretch * stretch, near.value)
+            gap_at(touch.gap * stretch, near.value)
         };
         self.pressures.touches.iter().map(gap).fold(0.0, f64::max)
     }
@@ -106,9 +107,9 @@ impl<R: Rigid> RigidContact<R> {
         let (solid, part) = (bodies.solid(self.body), bodies.part(self.body, a));
         self.pressures.touches.iter().find_map(|touch| {
             let way = [&solid.reference(touch.point).0, &solid.point(part, touch.point)];
-            let gap = || widest_on_the_way(touch.area, solid.stretch(part, touch.point));
+            let gap = || widest_on_the_way(touch.gap, solid.stretch(part, touch.point));
             self.rigid
-                .unproved(way, seen_from(self.rigid.radius(), touch.area), &gap)
+                .unproved(way, seen_from(self.rigid.radius(), touch.gap), &gap)
         })
     }
 

@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 
 use super::OrganContact;
 use crate::space::bodies::Bodies;
-use crate::space::level_set::Tree;
 use crate::space::solid::Solid;
 use crate::space::term::pressures::{Touch, depth_or_all};
 use crate::space::term::pulled::Pulled;
+use crate::space::tree::Tree;
 
 /// Where the other's surface is now.
 pub(super) struct Now<'a> {

@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 
 /// Points in a balanced tree: the middle one of each part divides the others across the part's axis.
 #[derive(Debug, Clone, Default)]
-pub(in crate::space) struct Tree {
+pub(super) struct Tree {
     points: Vec<Vector3<f64>>,
     /// Which of the points given each is.
     numbers: Vec<u32>,
 }
 
 impl Tree {
-    pub(in crate::space) fn new(points: Vec<Vector3<f64>>) -> Self {
+    pub(super) fn new(points: Vec<Vector3<f64>>) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         divide(&points, &mut order, 0);
         Self {
@@ -21,25 +21,25 @@ impl Tree {
     }
 
     /// All points, in the tree's order.
-    pub(in crate::space) fn points(&self) -> &[Vector3<f64>] {
+    pub(super) fn points(&self) -> &[Vector3<f64>] {
         &self.points
     }
 
     /// The nearest point and its distance; of a tree without points the origin, infinitely far.
-    pub(in crate::space) fn nearest(&self, x: &Vector3<f64>) -> (Vector3<f64>, f64) {
+    pub(super) fn nearest(&self, x: &Vector3<f64>) -> (Vector3<f64>, f64) {
         self.nearest_number(x)
             .map_or((Vector3::zeros(), f64::INFINITY), |(k, apart)| (self.points[k], apart))
     }
 
     /// The distance of the nearest point, or `most` where none is nearer than that: far from all points it costs next to nothing.
-    pub(in crate::space) fn apart_within(&self, x: &Vector3<f64>, most: f64) -> f64 {
+    pub(super) fn apart_within(&self, x: &Vector3<f64>, most: f64) -> f64 {
         let mut best = (self.points.len(), most * most);
         self.visit(x, 0, self.points.len(), 0, &mut best);
         best.1.sqrt().min(most)
     }
 
     /// Number of the nearest of the points given, and its distance.
-    pub(in crate::space) fn nearest_given(&self, x: &Vector3<f64>) -> Option<(usize, f64)> {
+    pub(super) fn nearest_given(&self, x: &Vector3<f64>) -> Option<(usize, f64)> {
         self.nearest_number(x)
             .map(|(k, apart)| (self.numbers[k] as usize, apart))
     }
