@@ -141,6 +141,15 @@ fn gaps_of_a_cube_that_keeps_its_points_are_no_less_than_its_places_are_from_the
     };
     let mut dense = made(4);
     dense.lay_points(&ball, Depth::default(), |_, _| Some(0.4));
+    // One Gauss point misses area, so that four are taken: points that were kept are nearer to one another.
+    let mut few = made(4);
+    let one = Depth {
+        points: 1,
+        ..Depth::default()
+    };
+    few.lay_points_by(&ball, |_, _| Some((3.0, one)));
+    let (least, _) = apart(&few, &dense);
+    assert!(least >= 3.0, "{least}");
     // With one Gauss point areas are off by more than a hundredth.
     let coarse = made(1);
     let mut told = coarse.clone();
