@@ -16,6 +16,8 @@ use crate::space::tree::Tree;
 const MOST_HALVINGS: u32 = 5;
 /// Cubes in which other places have an area that differs by more than this part of it keep their points.
 const MOST_OTHER: f64 = 0.01;
+/// Nor are areas believed that differ by more than this part: a surface on a face may be found twice.
+const MOST_COARSE: f64 = 0.5;
 /// Boxes in which places of the surface are told from none are no smaller than this part of a cube.
 const FINEST: f64 = 16.0;
 
@@ -27,9 +29,9 @@ impl Mesh {
     /// slowly, and they leave gaps.
     ///
     /// `field` is that which the mesh was made with, `depth` how places are looked for. A cube keeps its points where no spacing is asked, where the 32nd of its side
-    /// is too large for the spacing, and where another area is found, with four Gauss points too, as where its surface lies on its face by rounding. Where a spacing was asked
-    /// [`SurfacePoint::gap`] is then no less than any place of the surface in the cube is from the nearest point; elsewhere no less than those places are that were looked at. A cube whose points were laid
-    /// before may stand for other areas than its own, and then keeps them.
+    /// is too large for the spacing, and where another area is found, as where its surface lies on its face by rounding.
+    /// [`SurfacePoint::gap`] is no less than those places are that were looked at; of cubes that keep their points it is told by area alone.
+    /// A cube whose points were laid before may stand for other areas than its own, and then keeps them.
     pub fn lay_points(
         &mut self,
         field: &dyn Field,
@@ -40,7 +42,8 @@ impl Mesh {
     }
 
     /// The same where cubes differ in how places are looked for too: few Gauss points in many parts are as near to one another as many in few, and cost less
-    /// where parts are small beside what the field resolves.
+    /// where parts are small beside what the field resolves. Where fewer than four are asked, four are tried too before a cube keeps its points, whose own area may be what is off, and
+    /// [`SurfacePoint::gap`] is then no less than any place of the surface in such a cube is from the nearest point.
     pub fn lay_points_by(
         &mut self,
         field: &dyn Field,
@@ -53,13 +56,13 @@ impl Mesh {
             let corners = self.grid.corners(&self.cells[number]);
             let wanted = spacing(&corners[0], &corners[1]);
             let wanted = wanted.filter(|(s, _)| s.is_finite() && *s > 0.0 && !points.is_empty());
-            match wanted.map(|wanted| (wanted.0, laid(self, field, number, wanted, &points))) {
-                Some((spacing, Some(new))) => samples.extend(new.into_iter().map(|p| (p, spacing))),
-                Some((spacing, None)) => {
+            match wanted.map(|wanted| (wanted, laid(self, field, number, wanted, &points))) {
+                Some(((spacing, _), Some(new))) => samples.extend(new.into_iter().map(|p| (p, spacing))),
+                Some(((spacing, depth), None)) if is_few(depth) => {
                     coarse.push((corners, spacing));
                     kept.extend(points);
                 }
-                None => kept.extend(points),
+                _ => kept.extend(points),
             }
         }
         // Points of other cubes are no reason to drop one where no spacing was asked.
@@ -71,7 +74,8 @@ impl Mesh {
     }
 }
 
-/// Places on the surface in a cube whose area is that of its points; with few Gauss points, which may miss a corner that the surface cuts off, and then with more.
+/// Places on the surface in a cube whose area is that of its points. With few Gauss points, which may miss a corner that the surface cuts off, four are tried too; and
+/// where these find the same as the few, it is the cube's own points that are off.
 fn laid(
     mesh: &Mesh,
     field: &dyn Field,
@@ -80,10 +84,23 @@ fn laid(
     points: &[SurfacePoint],
 ) -> Option<Vec<SurfacePoint>> {
     let area = |points: &[SurfacePoint]| points.iter().map(|p| p.area).sum::<f64>();
-    let is_same = |new: &Vec<SurfacePoint>| (area(new) - area(points)).abs() <= MOST_OTHER * area(points);
-    let found = |points: usize| samples_of(mesh, field, number, (spacing, Depth { points, ..depth })).filter(is_same);
-    let more = Depth::default().points;
-    found(depth.points).or_else(|| (depth.points < more).then(|| found(more))?)
+    let is_within = |one: f64, part: f64, other: f64| (one - other).abs() <= part * other;
+    let found = |points: usize| samples_of(mesh, field, number, (spacing, Depth { points, ..depth }));
+    let (few, old) = (found(depth.points)?, area(points));
+    if is_within(area(&few), MOST_OTHER, old) {
+        return Some(few);
+    }
+    let four = found(Depth::default().points).filter(|_| is_few(depth))?;
+    if is_within(area(&four), MOST_OTHER, old) {
+        return Some(four);
+    }
+    let is_surer = is_within(area(&few), MOST_OTHER, area(&four)) && is_within(area(&four), MOST_COARSE, old);
+    is_surer.then_some(four)
+}
+
+/// Whether places are looked for with fewer Gauss points than those of a mesh as it is made.
+fn is_few(depth: Depth) -> bool {
+    depth.points < Depth::default().points
 }
 
 /// Where cubes kept their points though nearer ones were asked, their gaps are no less than places of the surface there are from the nearest point of all.
@@ -98,7 +115,8 @@ fn widen(points: &mut [SurfacePoint], field: &dyn Field, cubes: &[([Vector3<f64>
         while let Some([low, high]) = waiting.pop() {
             let (middle, half) = (0.5 * (low + high), 0.5 * (high - low).norm());
             // Bounds hold for certain: no place of the surface is left out, wherever Gauss points see none.
-            if is_clear(field, &low, &high, &steepest(field, &low, &high)) {
+            let [least, most] = field.bounds(&low, &high);
+            if least > 0.0 || most < 0.0 || is_clear(field, &low, &high, &steepest(field, &low, &high)) {
                 continue;
             }
             if half > 0.5 * finest {
