@@ -55,7 +55,7 @@ pub use tissue::{MOST_ERRORS, PlaceError, TargetShown, TissueError, TissueHeader
 pub use tissue_mesh::{MeshCube, MeshOrgan, TissueMesh, TissueMeshError, TissueMeshHeader};
 pub use us_image::{UsImageError, UsImageHeader};
 pub use volume_header::{HeaderError, VolumeHeader};
-pub use wire::{Wire, WireError, voxel_bytes, voxels_from};
+pub use wire::{Wire, WireError, node_bytes, nodes_from, voxel_bytes, voxels_from};
 pub use workflow::Workflow;
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.
