@@ -170,6 +170,21 @@ pub enum Refused {
         /// Sum of squared residuals in units of the noise given: of the touches, and of their mirror image.
         chi_squared: [f64; 2],
     },
+    /// The touches of a feature lie off it all together.
+    #[error(
+        "the {touches} touches of the {feature} lie {off_mm:.2} mm off it in their mean, to one side, where the noise allows {limit_mm:.2} mm: dirt \
+         on it, a tip of another radius than was told, or a base that is not as it is drawn"
+    )]
+    OneSide {
+        /// Which.
+        feature: Feature,
+        /// Its touches that were kept.
+        touches: usize,
+        /// How far their mean lies off it, mm.
+        off_mm: f64,
+        /// The most, mm.
+        limit_mm: f64,
+    },
     /// The covariance that came out is not one.
     #[error(transparent)]
     Covariance(#[from] geometry::uncertain::CovarianceError),
