@@ -41,7 +41,9 @@ and whoever uses it with another CT is refused. With --live or --scene the resul
 [tracker.registration.gates] too, and the beads must be of the run's CT.
 
 Refused: fewer than 3 points, points on a line, two points nearer than they can be told, layouts that look alike from \
-two sides.
+two sides; more than a quarter of the touched points on no bead, a point that lies near a bead and farther off than the \
+errors told, and so few pairs that touches of somebody else would match as well (among ten beads three). Residuals that \
+show more noise than told make the errors of the result larger, and say so.
 
 Examples:
   calib match beads.json touched.txt --out registration.json
