@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bus::message::TissueMesh;
+use bus::message::{MOST_DEPTH_MM, TissueMesh};
 use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
 use geometry::{Ct, DoorError, Model as ModelFrame, Point, Rigid, VolumeGrid, Voxel, checked};
@@ -277,6 +277,8 @@ fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAn
     let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;
     let settings = Settings {
         tolerance: spec.tolerance,
+        // Who shows a state holds it against that.
+        depth: MOST_DEPTH_MM,
         most_steps: spec.most_steps,
         refresh: spec.refresh_mm,
         delay: spec.delay,
