@@ -36,6 +36,9 @@ fn mesh(volume_hash: [u8; 32]) -> MeshFrame {
     MeshFrame { header, bytes }
 }
 
+/// A change of a state, and what is said of it.
+type Case<'a> = (&'a dyn Fn(&mut TissueFrame), &'a str);
+
 /// What is altered of a good recording.
 struct Altered<'a> {
     state: &'a dyn Fn(&mut TissueFrame),
@@ -103,7 +106,7 @@ fn a_recording_that_agrees_with_its_states_and_its_report_has_no_findings() {
 
 #[test]
 fn a_state_that_its_certificate_or_its_mesh_denies_is_named() {
-    let cases: [(&dyn Fn(&mut TissueFrame), &str); 8] = [
+    let cases: [Case<'_>; 8] = [
         (
             &|s| s.header.residual = 2e-3,
             "called settled, and its certificate denies it: residual is 0.002; 0 to 0.001 are allowed",
