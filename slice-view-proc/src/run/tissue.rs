@@ -34,7 +34,7 @@ pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, Bu
     let is_remote = process.session.is_remote();
     let spec = process.scene.tissue.as_ref();
     let spec = spec.filter(|_| plane != Plane::Surface && !is_remote);
-    let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
+    let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec);
     spec.map(open).transpose()
 }
 
