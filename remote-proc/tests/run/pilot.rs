@@ -204,8 +204,10 @@ fn a_second_screen_shows_organs_where_the_first_has_them() {
     let both = Both::start(world.path(), &programs, &[scene.to_str().unwrap()]);
     let states = HeadedSubscriber::<TissueHeader, f32>::open(&both.far.bus, &TISSUE, TISSUE.buffer).unwrap();
     let mut poses = std::collections::VecDeque::new();
-    let (mut seen, mut pushed) = (0, 0.0_f64);
+    let force = |state: &TissueHeader| state.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+    let (mut seen, mut asked, mut pushed) = (0, 0, 0.0_f64);
     while seen < 4 {
+        assert!(asked < 100, "no two images of a state\n{}", both.said());
         // The newest state there, and its pose: soon asked for, as renderers keep few states.
         let state = until("a settled state on the second machine", || {
             while let Some(pose) = both.far.poses.next().unwrap() {
@@ -215,13 +217,13 @@ fn a_second_screen_shows_organs_where_the_first_has_them() {
             while let Some(state) = states.next().unwrap() {
                 newest = Some(*state.header());
             }
-            let force = |state: &TissueHeader| state.force.iter().map(|f| f * f).sum::<f64>().sqrt();
             newest.filter(|state| state.state_of() == Ok(TissueState::Settled) && force(state) > 0.1)
         });
-        pushed = pushed.max(state.force[2].abs());
+        pushed = pushed.max(force(&state));
         let Some(pose) = poses.iter().find(|pose| pose.seq == state.pose_seq).copied() else {
             continue;
         };
+        asked += 1;
         let (here, there) = (both.near.images(&[pose]), both.far.images(&[pose]));
         for (here, there) in here.iter().zip(&there) {
             // A renderer that is asked too late has the state no longer, and says so.
