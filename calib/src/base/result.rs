@@ -1,9 +1,9 @@
 //! The place of the base with its error.
 
-use geometry::motion::Pose;
 use geometry::{Base, Frame, Point, Rigid, Uncertain, Vector};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3};
 
+use super::means::even;
 use super::search::{Found, Touched, chosen};
 use super::solve::{HeldTouch, normal, open, row};
 use super::{Drawing, Feature, FreeMotion, Group, Options, Refused};
@@ -72,29 +72,6 @@ impl<F: Frame> Located<F> {
     }
 }
 
-/// A mean of residuals farther off than so many of its deviations is none of chance.
-const MEAN_DEVIATIONS: f64 = 4.5;
-/// A base is made to its drawing to so much, mm.
-const MADE_MM: f64 = 0.1;
-
-/// How far the mean of a feature's touches lies off it, and how far they scatter about that mean along an axis, mm; `None` of fewer than two.
-fn one_side(touches: &[HeldTouch], pose: &Pose) -> Option<(f64, f64)> {
-    let r = pose.matrix();
-    let residuals: Vec<[f64; 2]> = touches
-        .iter()
-        .map(|touch| {
-            let off = touch.place - pose.shift - r * touch.hold.at;
-            // The second axis of a plane does not count.
-            std::array::from_fn(|k| touch.hold.axes().get(k).map_or(0.0, |e| (r * e).dot(&off)))
-        })
-        .collect();
-    let (n, axes) = (residuals.len() as f64, touches.first()?.hold.count as f64);
-    let mean: [f64; 2] = std::array::from_fn(|k| residuals.iter().map(|x| x[k]).sum::<f64>() / n);
-    let about = |x: &[f64; 2]| (x[0] - mean[0]).powi(2) + (x[1] - mean[1]).powi(2);
-    let scatter = residuals.iter().map(about).sum::<f64>() / (axes * (n - 1.0));
-    (n > 1.0).then(|| (mean[0].hypot(mean[1]), scatter.sqrt()))
-}
-
 /// The best place with its normal equations.
 pub(super) struct Solved<'a> {
     found: &'a Found,
@@ -142,29 +119,11 @@ impl<'a> Solved<'a> {
         })
     }
 
-    /// Refuses a feature whose touches lie to one side of it all together, as under dirt, or with a ball at the tip that nobody told of.
+    /// See [`even`].
     pub(super) fn even<F: Frame>(&self, groups: &[Group<F>]) -> Result<(), Refused> {
-        for (index, group) in groups.iter().enumerate() {
-            let touches = chosen(&self.touches[index..=index], &self.found.kept[index..=index]);
-            let Some((off_mm, scatter_mm)) = one_side(&touches, &self.found.pose) else {
-                continue;
-            };
-            let told = |touch: &HeldTouch| touch.noise.map_or(1.0, |c| c.trace() / 3.0);
-            let told_mm = self.sigma_mm * (touches.iter().map(told).sum::<f64>() / touches.len() as f64).sqrt();
-            // why: what touches share moves them all alike, and no number of them makes it less.
-            let shared_mm = group.shared.iter().map(|u| u.norm()).fold(0.0, f64::max);
-            let own_mm = told_mm.max(scatter_mm) / (touches.len() as f64).sqrt();
-            let limit_mm = MEAN_DEVIATIONS * own_mm.hypot(shared_mm) + MADE_MM;
-            if off_mm > limit_mm {
-                return Err(Refused::OneSide {
-                    feature: self.found.assignment[index],
-                    touches: touches.len(),
-                    off_mm,
-                    limit_mm,
-                });
-            }
-        }
-        Ok(())
+        let kept = (0..groups.len()).map(|group| chosen(&self.touches[group..=group], &self.found.kept[group..=group]));
+        let kept: Vec<Vec<HeldTouch>> = kept.collect();
+        even(&kept, (groups, &self.found.assignment), &self.found.pose, self.sigma_mm)
     }
 
     fn degrees_of_freedom(&self) -> usize {
