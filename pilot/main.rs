@@ -1,10 +1,23 @@
 //! The `pilot` process.
 
+use pilot::cli::Depth;
+
 fn main() -> std::process::ExitCode {
     pilot::cli::main(pilot::cli::Hands {
         load: volume_loader::load_seeded,
         load_labels: volume_loader::load_labels_seeded,
         label_names: |path| Ok(volume_loader::label_names(path)?),
+        organs: |scene, depth| {
+            let reads: tissue_proc::check::Reads = (
+                |spec, seed| Ok(*volume_loader::open(spec, seed)?.grid()),
+                volume_loader::load_labels_seeded,
+            );
+            match depth {
+                Depth::Text => tissue_proc::check::text(scene).map(|()| None),
+                Depth::Map => tissue_proc::check::map(scene, reads).map(|()| None),
+                Depth::Meshes => tissue_proc::check::meshes(scene, reads),
+            }
+        },
         structure_set: |path, examination| {
             let set = volume_loader::structure_set(path, examination)?;
             Ok(set.map(|set| pilot::cli::StructureSet {

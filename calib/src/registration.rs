@@ -53,6 +53,7 @@ mod scaled;
 mod small_sample;
 mod statistics;
 mod svd;
+mod told_noise;
 
 pub use anisotropic::{Anisotropic, register_anisotropic};
 pub use certificate::Certificate;
@@ -71,3 +72,4 @@ pub use robust::{Robust, register_robust};
 pub use scaled::{Scaled, fit_scaled};
 pub use small_sample::few_residuals_factor;
 pub use statistics::{Noise, predicted_tre_mm};
+pub use told_noise::{greatest_chi_squared, told_noise_factor};

@@ -1,6 +1,7 @@
 //! `pilot check`: what a scene would start, and what would keep it from working, before anything is started.
 
 mod files;
+mod organs;
 mod place;
 mod targets;
 
@@ -12,16 +13,14 @@ use scene::localizer::LocalizerSpec;
 use scene::raw::Source;
 
 use crate::plan::{Poses, add_gateway, add_steps, plan};
+pub use organs::Depth;
+pub(crate) use organs::LookAtOrgans;
 use place::Examination;
 
 /// Below this side an image is too small for its words: they are drawn over one another, px.
 const WORDS_PX: u32 = 192;
 /// What must be free in shared memory beside the voxels, bytes: see docs/examinations.md.
 const SPARE_BYTES: u64 = 64 << 20;
-
-/// What is not looked at of a scene's organs: meshing them takes as long as the start of a run.
-const NOT_MESHED: &str = "note: the organs of [tissue] were not meshed: whether their cubes, the tube's steps and their label map fit is found when the run \
-     starts, which refuses what does not";
 
 /// What was found.
 #[derive(Debug, Default, PartialEq, Eq)]
@@ -32,11 +31,22 @@ pub(crate) struct Checked {
     pub(crate) faults: Vec<String>,
 }
 
-/// Looks at everything that a scene names.
-pub(crate) fn check(source: &Source, scene: &Scene) -> Checked {
+/// Looks at everything that a scene names; `is_quick` leaves out the meshing of organs.
+pub(crate) fn check(source: &Source, scene: &Scene, is_quick: bool, look: LookAtOrgans) -> Checked {
+    let mut lines = lines(source, scene);
     let mut faults = files::faults(source, scene);
     faults.extend(targets::faults(scene));
     let examination = Examination::of(source, scene);
+    if scene.tissue.is_some() {
+        let depth = match (&examination, files::labels_of_organs(scene)) {
+            (Ok(_), None) if is_quick => Depth::Map,
+            (Ok(_), None) => Depth::Meshes,
+            _ => Depth::Text,
+        };
+        let found = organs::look_at(scene, depth, look);
+        lines.extend(found.lines);
+        faults.extend(found.faults);
+    }
     match &examination {
         Ok(examination) => {
             faults.extend(place::faults(scene, examination));
@@ -46,10 +56,7 @@ pub(crate) fn check(source: &Source, scene: &Scene) -> Checked {
     }
     let folder = run_dir("default").and_then(|dir| RunContext::new(&dir, 0));
     faults.extend(folder.err().map(|error| error.to_string()));
-    Checked {
-        lines: lines(source, scene),
-        faults,
-    }
+    Checked { lines, faults }
 }
 
 /// What keeps a scene from working and is known without reading an examination.
@@ -102,9 +109,6 @@ fn lines(source: &Source, scene: &Scene) -> Vec<String> {
         lines.push(format!(
             "warning: `pilot calibrate sweep` refuses the images of this scene: {why}"
         ));
-    }
-    if scene.tissue.is_some() {
-        lines.push(NOT_MESHED.to_owned());
     }
     for view in &scene.views {
         let shorter = view.size[0].min(view.size[1]);

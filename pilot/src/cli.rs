@@ -25,6 +25,7 @@ use scene::raw::Source;
 use scene::{Scene, TrackerSource};
 
 use crate::check;
+pub use crate::check::Depth;
 use crate::cli::ask::ask_process;
 use crate::cli::calibrate::{CALIBRATE_HELP, CalibrateArgs, calibrate};
 use crate::cli::error::CliError;
@@ -86,7 +87,7 @@ enum Verb {
     New(NewArgs),
     /// Reads a scene and everything that it names, and says what it would start, or all that is wrong with it.
     #[command(after_help = CHECK_HELP)]
-    Check(SceneArgs),
+    Check(CheckArgs),
     /// Prints the state of a run.
     #[command(after_help = STATUS_HELP)]
     Status {
@@ -155,6 +156,15 @@ struct SceneArgs {
     volume: VolumeArgs,
 }
 
+#[derive(Debug, clap::Args)]
+struct CheckArgs {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Leaves out the meshing of the organs of [tissue].
+    #[arg(long)]
+    quick: bool,
+}
+
 /// Another examination than the scene's.
 #[derive(Debug, clap::Args)]
 pub(crate) struct VolumeArgs {
@@ -218,7 +228,7 @@ pub fn main(hands: Hands) -> ExitCode {
         Verb::Remote(args) => ended(show_remote(&args)),
         Verb::ReplayControl { run, steer: how } => exit("pilot", steer(&run, &how).map(|text| say(&text))),
         Verb::New(args) => exit("pilot", args.carry_out().map(|text| say(&text))),
-        Verb::Check(args) => exit("pilot", check(&args)),
+        Verb::Check(args) => exit("pilot", check(&args, hands)),
         Verb::Status { run, json } => exit("pilot", status(&run, json)),
         Verb::Stop { run } => exit("pilot", stop(&run)),
         Verb::Restart { process, run } => exit("pilot", restart(&run, &process)),
@@ -344,9 +354,9 @@ fn display(path: &Path) -> String {
         .to_string()
 }
 
-fn check(args: &SceneArgs) -> Result<(), CliError> {
-    let (source, scene) = load_scene(args)?;
-    let found = check::check(&source, &scene);
+fn check(args: &CheckArgs, hands: Hands) -> Result<(), CliError> {
+    let (source, scene) = load_scene(&args.scene)?;
+    let found = check::check(&source, &scene, args.quick, hands.organs);
     let path = source.path.display();
     match found.faults.len() {
         0 => say(&format!("scene {path}: good")),

@@ -3,13 +3,19 @@
 mod clock_answer;
 mod envelope;
 mod facts;
+mod mesh;
 
-use bus::message::{Event, Guide, Identity, MarkerFrame, ToolPose, VolumeHeader, Workflow};
-use bus::topic::{EVENT, GUIDE, IDENTITY, MARKERS, TOOL_POSE, Topic, VOLUME, WORKFLOW};
+use std::ops::RangeInclusive;
+
+use bus::message::{
+    Event, Guide, Identity, MarkerFrame, TissueHeader, TissueMeshHeader, ToolPose, VolumeHeader, Workflow,
+};
+use bus::topic::{EVENT, GUIDE, IDENTITY, MARKERS, TISSUE, TISSUE_MESH, TOOL_POSE, Topic, VOLUME, WORKFLOW};
 
 pub use clock_answer::ClockAnswer;
 pub use envelope::{Envelope, EnvelopeError};
 pub use facts::{Facts, FactsError, hex};
+pub use mesh::{MeshPiece, MeshPieceError};
 
 /// The version of keys, envelopes and answers.
 pub const VERSION: u32 = 1;
@@ -19,8 +25,12 @@ pub const FACTS: &str = "trocar/1/facts";
 pub const CLOCK: &str = "trocar/1/clock";
 /// Answers with a piece of the voxels, as they lie in memory.
 pub const PIECE: &str = "trocar/1/volume";
+/// Answers with a [`MeshPiece`] of the organs at rest.
+pub const MESH: &str = "trocar/1/tissue-mesh";
 /// Stored values of a piece; the last has what is left.
 pub const PIECE_VALUES: usize = 1 << 16;
+/// Bytes of the coordinates of a state, at most: of a third of a million nodes.
+pub const MOST_NODE_BYTES: usize = 4 << 20;
 
 /// A topic that goes over the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,17 +47,20 @@ pub enum Channel {
     Markers,
     /// `event/*` of the run's pilot and localizer.
     Event,
+    /// `tissue`: the header, and behind it the coordinates.
+    Tissue,
 }
 
 impl Channel {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Pose,
         Self::Guide,
         Self::Workflow,
         Self::Identity,
         Self::Markers,
         Self::Event,
+        Self::Tissue,
     ];
 
     /// Its key.
@@ -59,6 +72,7 @@ impl Channel {
             Self::Identity => "trocar/1/identity",
             Self::Markers => "trocar/1/markers",
             Self::Event => "trocar/1/event",
+            Self::Tissue => "trocar/1/tissue",
         }
     }
 
@@ -71,10 +85,11 @@ impl Channel {
             Self::Identity => &IDENTITY,
             Self::Markers => &MARKERS,
             Self::Event => &EVENT,
+            Self::Tissue => &TISSUE,
         }
     }
 
-    /// Bytes of a message of it.
+    /// Bytes of a message of it; of a state those of its header, behind which its coordinates lie.
     pub const fn bytes(self) -> usize {
         match self {
             Self::Pose => size_of::<ToolPose>(),
@@ -83,6 +98,15 @@ impl Channel {
             Self::Identity => size_of::<Identity>(),
             Self::Markers => size_of::<MarkerFrame>(),
             Self::Event => size_of::<Event>(),
+            Self::Tissue => size_of::<TissueHeader>(),
+        }
+    }
+
+    /// Bytes that a message of it may have.
+    pub const fn allowed(self) -> RangeInclusive<usize> {
+        match self {
+            Self::Tissue => self.bytes()..=self.bytes() + MOST_NODE_BYTES,
+            _ => self.bytes()..=self.bytes(),
         }
     }
 }
@@ -93,7 +117,10 @@ pub fn payloads() -> Vec<String> {
         .iter()
         .map(|channel| format!("{} {}", channel.topic().payload, channel.bytes()));
     channels
-        .chain([format!("{} {}", VOLUME.payload, size_of::<VolumeHeader>())])
+        .chain([
+            format!("{} {}", VOLUME.payload, size_of::<VolumeHeader>()),
+            format!("{} {}", TISSUE_MESH.payload, size_of::<TissueMeshHeader>()),
+        ])
         .collect()
 }
 
@@ -136,10 +163,10 @@ mod tests {
     #[test]
     fn every_channel_has_its_own_key_below_one_root() {
         let mut keys: Vec<&str> = Channel::ALL.iter().map(|channel| channel.key()).collect();
-        keys.extend([FACTS, CLOCK, PIECE]);
+        keys.extend([FACTS, CLOCK, PIECE, MESH]);
         assert!(keys.iter().all(|key| key.starts_with(&format!("trocar/{VERSION}/"))));
         keys.sort_unstable();
         keys.dedup();
-        assert_eq!(keys.len(), Channel::ALL.len() + 3);
+        assert_eq!(keys.len(), Channel::ALL.len() + 4);
     }
 }

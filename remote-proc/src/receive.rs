@@ -7,6 +7,7 @@ mod clock;
 mod examination;
 mod inbox;
 mod line;
+mod organs;
 mod outputs;
 
 use std::ops::ControlFlow;
@@ -150,6 +151,7 @@ impl Receiver {
             }
             self.clock.ask(session, &self.inbox, now);
             self.examination.ask(session, &self.inbox, now);
+            self.outputs.organs.ask(session, &self.inbox, now);
         }
         self.outputs.step(now);
         self.outputs.serve_late_joiners();
@@ -174,6 +176,12 @@ impl Receiver {
             }
             Incoming::Clock(asked) => self.clock(asked)?,
             Incoming::Piece(index, piece) => self.piece(index, piece)?,
+            Incoming::Mesh(id, index, piece) => {
+                if let Some(volume) = self.examination.there() {
+                    let outputs = &mut self.outputs;
+                    outputs.organs.take(&self.process.bus, ((id, index), piece), volume)?;
+                }
+            }
             Incoming::Message(channel, envelope, body) => self.message(channel, envelope, &body)?,
             Incoming::Odd(words) => self.refuse(&words),
         }
@@ -187,6 +195,7 @@ impl Receiver {
             self.answering = Some(asked.sender);
             self.sender = None;
             self.examination.ask_anew();
+            self.outputs.organs.ask_anew();
             self.next_facts_ns = 0;
         }
         // Another run has another clock, by which nothing that is shown here is old or young.
@@ -246,10 +255,10 @@ impl Receiver {
             self.refuse("a message of another run came");
             return Ok(());
         }
-        // Who it is must be known, and a pose's age, and the examination that it is shown in.
+        // Who it is must be known, and the age of a pose or its state, and the examination that it is shown in.
         let is_good = self.refused.is_none() && self.sender == Some(envelope.sender);
         let may_show = self.clock.is_known() && self.examination.is_there();
-        if !is_good || (channel == Channel::Pose && !may_show) {
+        if !is_good || (matches!(channel, Channel::Pose | Channel::Tissue) && !may_show) {
             return Ok(());
         }
         if let Some(why) = self.outputs.send(channel, envelope, body, &mut self.process.counters)? {
@@ -278,6 +287,7 @@ impl Receiver {
                 self.refused.clone(),
                 cut,
                 self.examination.words(),
+                self.outputs.organs.words(),
                 self.outputs.words(),
                 lost(dropped),
                 self.clock.words(now),

@@ -5,6 +5,7 @@
 
 mod answers;
 mod examination;
+mod organs;
 mod outlets;
 mod voxels;
 
@@ -14,11 +15,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{ToolPose, Wire};
-use bus::port::Subscriber;
+use bus::message::{TissueHeader, ToolPose, Wire};
+use bus::port::{HeadedSubscriber, Subscriber};
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError, run_dir};
-use bus::topic::TOOL_POSE;
+use bus::topic::{TISSUE, TOOL_POSE};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
 use scene::{Scene, SceneError};
@@ -86,7 +87,7 @@ pub fn send(sending: &Sending) -> Result<(), SendError> {
     let scene = Scene::parse(&text, &run.scene_path())?;
     let stop = StopFlag::install(false)?;
     let bus = Bus::join(&run)?;
-    let poses = Subscriber::open_waking(&bus, &TOOL_POSE, "", TOOL_POSE.buffer)?;
+    let arriving = Arriving::open(&bus, &scene)?;
     let link = crate::session::listen(&sending.listen, sending.keys.as_deref())?;
     let mut sender = Sender::open(&bus, &scene, (&run, &text), link)?;
     bus::stderr_line!(
@@ -94,11 +95,13 @@ pub fn send(sending: &Sending) -> Result<(), SendError> {
         run.name,
         sending.listen
     );
-    Waits::every(TICK).message(&poses, None).run(|| {
+    let waits = Waits::every(TICK).message(&arriving.poses, None);
+    let waits = arriving.states.iter().fold(waits, Waits::headed);
+    waits.run(|| {
         if stop.is_set() {
             return ControlFlow::Break(Ok(()));
         }
-        match sender.step(&poses, &run) {
+        match sender.step(&arriving, &run) {
             Ok(true) => ControlFlow::Continue(()),
             Ok(false) => ControlFlow::Break(Ok(())),
             Err(error) => ControlFlow::Break(Err(error)),
@@ -119,6 +122,24 @@ fn live(run: &RunContext) -> Result<(), SendError> {
         what,
         instead,
     })
+}
+
+/// What wakes the sender.
+struct Arriving {
+    poses: Subscriber<ToolPose>,
+    /// In a run whose organs move.
+    states: Option<HeadedSubscriber<TissueHeader, f32>>,
+}
+
+impl Arriving {
+    fn open(bus: &Bus, scene: &Scene) -> Result<Self, BusError> {
+        let states = scene.tissue.is_some();
+        let states = states.then(|| HeadedSubscriber::open_waking(bus, &TISSUE, TISSUE.buffer));
+        Ok(Self {
+            poses: Subscriber::open_waking(bus, &TOOL_POSE, "", TOOL_POSE.buffer)?,
+            states: states.transpose()?,
+        })
+    }
 }
 
 /// A run being shown.
@@ -150,7 +171,7 @@ impl Sender {
                 volume: None,
             },
             states: States::open(bus, scene)?,
-            answers: Answers::open(&session, run, (id, number))?,
+            answers: Answers::open(&session, (run, scene.tissue.is_some()), (id, number))?,
             outlets: Outlets::open(&session, (id, number))?,
             _session: ManuallyDrop::new(session),
             next_look_ns: 0,
@@ -159,9 +180,14 @@ impl Sender {
     }
 
     /// Once round; whether the run goes on.
-    fn step(&mut self, poses: &Subscriber<ToolPose>, run: &RunContext) -> Result<bool, SendError> {
-        while let Some(pose) = poses.next()? {
+    fn step(&mut self, arriving: &Arriving, run: &RunContext) -> Result<bool, SendError> {
+        while let Some(pose) = arriving.poses.next()? {
             self.outlets.put(Channel::Pose, pose.wire_bytes());
+        }
+        if let Some(states) = &arriving.states {
+            while let Some(state) = states.next()? {
+                self.outlets.put_state(&state);
+            }
         }
         self.states.step(&mut self.outlets)?;
         if let Some(header) = self.shown.new_header()? {

@@ -9,8 +9,9 @@ use bus::message::{
 };
 use bus::port::HeadedSubscriber;
 use bus::topic::{TISSUE, TISSUE_MESH};
-use bus::{Bus, BusError};
+use bus::{Bus, BusError, clock};
 use geometry::{Ct, Model, Point, Rigid, UncertainPoint};
+use scene::TissueSpec;
 
 use crate::warp::{Cube, NoShape, Organ, Region, Shape};
 pub(crate) use answers::Answers;
@@ -225,11 +226,11 @@ pub(crate) struct Tissue {
 }
 
 impl Tissue {
-    pub(crate) fn open(bus: &Bus, piece_mm: f64, late_ns: i64) -> Result<Self, BusError> {
+    pub(crate) fn open(bus: &Bus, spec: &TissueSpec) -> Result<Self, BusError> {
         Ok(Self {
             meshes: HeadedSubscriber::open(bus, &TISSUE_MESH, 1)?,
-            answers: Answers::new(piece_mm),
-            late_ns,
+            answers: Answers::new(spec.piece_mm, spec.tolerance),
+            late_ns: clock::ns(spec.late),
             behind: false,
             lacked: None,
             refused: 0,

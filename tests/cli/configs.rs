@@ -26,7 +26,7 @@ fn scene(name: &str) -> Scene {
 fn checked(scene: Option<&Path>) -> String {
     let world = World::new();
     let scene = scene.map(|path| path.to_string_lossy().into_owned());
-    let arguments: Vec<&str> = ["check"].into_iter().chain(scene.as_deref()).collect();
+    let arguments: Vec<&str> = ["check", "--quick"].into_iter().chain(scene.as_deref()).collect();
     let output = world.output("pilot", &arguments);
     assert!(output.status.success(), "{}", stderr(&output));
     let text = stdout(&output);

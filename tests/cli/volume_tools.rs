@@ -115,6 +115,12 @@ fn formats_that_cannot_be_are_refused_and_leave_nothing() {
     assert_eq!(fs::read_dir(world.path("")).unwrap().count(), 2);
     // A copy is the same volume.
     tool(&world, &["export", path, &target("copy.nii")]);
+    refused(
+        &world,
+        &["export", path, &target("copy.nii")],
+        "copy.nii: there is a file of this name",
+    );
+    tool(&world, &["export", path, &target("copy.nii"), "--overwrite"]);
     let hash = |path: &str| {
         let summary: Value = serde_json::from_str(&tool(&world, &["inspect", path, "--json"])).unwrap();
         summary["hash"].as_str().unwrap().to_owned()

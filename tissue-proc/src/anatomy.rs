@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use bus::message::TissueMesh;
+use bus::message::{MOST_DEPTH_MM, TissueMesh};
 use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
-use geometry::{Ct, DoorError, Model as ModelFrame, Rigid, VolumeGrid, checked};
+use geometry::{Ct, DoorError, Model as ModelFrame, Point, Rigid, VolumeGrid, Voxel, checked};
 use nalgebra::Vector3;
 use organs::{Labels, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
@@ -64,11 +64,18 @@ pub(crate) enum NoAnatomy {
     },
     /// Of another patient, or of another scan of the same.
     #[error(
-        "{path}: its voxels are not those of the run's examination: organs of another grid, or of another patient, would be moved. Give a label map of this examination"
+        "{path}: its voxels, {found}, are not those of the run's examination, {expected}: organs of another grid, or of another patient, would be moved. Give a label map of these \
+         voxels{}", .is_part.then_some(", or load the whole examination: [volume.region] and volume.downsample make others").unwrap_or_default()
     )]
     OtherGrid {
         /// The label map.
         path: PathBuf,
+        /// Its voxels, in words.
+        found: String,
+        /// Those of the examination.
+        expected: String,
+        /// Whether a part of the examination is loaded, or several voxels are made one.
+        is_part: bool,
     },
     /// More than the live model does.
     #[error("{path}: {found} organs; one is moved in a run so far")]
@@ -128,15 +135,8 @@ pub(crate) fn make(
     (grid, hash): (&VolumeGrid, [u8; 32]),
     load: LoadLabels,
 ) -> Result<Anatomy, NoAnatomy> {
-    let path = &spec.organs;
-    let text = organs::read(path)?;
-    same(path, "tissue.organs_hash", spec.organs_hash.as_deref(), || {
-        blake3::hash(text.as_bytes()).to_string()
-    })?;
-    let source = Parsed::<RawSpaceScene>::parse(text, path)?;
-    let plan = Plan::new(&source.scene).map_err(|why| source.error_at(why))?;
-    alone(path, &plan, scene)?;
-    let labels = labels(&source, &plan, (scene, grid), load)?;
+    let (source, plan) = read((scene, spec))?;
+    let labels = labels((&source, &plan), (scene, grid), load)?;
     let model = Model::without_tube(&plan, &labels).map_err(|why| source.error_at(why))?;
     let ct_from_model = placed(&labels)?;
     let body = &model.bodies[0];
@@ -173,6 +173,22 @@ fn kept_out(obstacle: &Obstacle) -> String {
     format!(", kept out of {}{}", obstacle.by, left.unwrap_or_default())
 }
 
+/// The scene of organs that a table names, checked but for what the label map says.
+///
+/// # Errors
+/// [`NoAnatomy`].
+pub(crate) fn read((scene, spec): (&Scene, &TissueSpec)) -> Result<(Parsed<RawSpaceScene>, Plan), NoAnatomy> {
+    let path = &spec.organs;
+    let text = organs::read(path)?;
+    same(path, "tissue.organs_hash", spec.organs_hash.as_deref(), || {
+        blake3::hash(text.as_bytes()).to_string()
+    })?;
+    let source = Parsed::<RawSpaceScene>::parse(text, path)?;
+    let plan = Plan::new(&source.scene).map_err(|why| source.error_at(why))?;
+    alone(path, &plan, scene)?;
+    Ok((source, plan))
+}
+
 /// Refuses another file than the run's scene says.
 fn same(path: &Path, key: &'static str, expected: Option<&str>, found: impl Fn() -> String) -> Result<(), NoAnatomy> {
     match expected.map(|expected| (found(), expected)) {
@@ -206,9 +222,12 @@ fn alone(path: &Path, plan: &Plan, scene: &Scene) -> Result<(), NoAnatomy> {
     }
 }
 
-fn labels(
-    source: &Parsed<RawSpaceScene>,
-    plan: &Plan,
+/// The label map of a scene of organs, on the voxels of the examination.
+///
+/// # Errors
+/// [`NoAnatomy`].
+pub(crate) fn labels(
+    (source, plan): (&Parsed<RawSpaceScene>, &Plan),
     (scene, grid): (&Scene, &VolumeGrid),
     load: LoadLabels,
 ) -> Result<Labels, NoAnatomy> {
@@ -231,11 +250,26 @@ fn labels(
     )?;
     // Of other voxels it may be of another patient.
     if map.lies_on(grid).is_doubtful() {
-        return Err(NoAnatomy::OtherGrid { path });
+        return Err(NoAnatomy::OtherGrid {
+            path,
+            found: in_words(&map.volume.grid),
+            expected: in_words(grid),
+            is_part: scene.volume.region.is_some() || scene.volume.downsample != [1; 3],
+        });
     }
     let (volume, view) = (&map.volume, map.volume.view());
     let slice = |z: u32, out: &mut [i16]| view.slice(z, out);
     Labels::new(&volume.grid, volume.hash.to_string(), slice).map_err(|source| NoAnatomy::NoLabels { path, source })
+}
+
+/// How many voxels of which size, and where the first lies in the patient.
+fn in_words(grid: &VolumeGrid) -> String {
+    let ([i, j, k], [x, y, z]) = (grid.dims(), grid.spacing_mm());
+    let first = grid.ct_from_voxel() * Point::<Voxel>::new(0.0, 0.0, 0.0);
+    format!(
+        "{i} x {j} x {k} of {x:.3} x {y:.3} x {z:.3} mm from {} on",
+        first.in_words(1)
+    )
 }
 
 /// Where the label map's axes are in the patient.
@@ -255,6 +289,8 @@ fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAn
     let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;
     let settings = Settings {
         tolerance: spec.tolerance,
+        // Who shows a state holds it against that.
+        depth: MOST_DEPTH_MM,
         most_steps: spec.most_steps,
         refresh: spec.refresh_mm,
         delay: spec.delay,

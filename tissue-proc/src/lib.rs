@@ -4,9 +4,11 @@
 //! * `anatomy` reads the scene of organs and its label map, which must be on the voxels of the examination, and makes meshes.
 //! * `live` answers a pose: at rest where the tube touches nothing, else the next state from the last; refused where nobody saw how the tube
 //!   came there.
+//! * [`check`] is what it refuses at its start, without a run; `work` gives signs of life beside work of seconds.
 //! * `message` puts meshes and states into messages, `run` is the process.
 
 mod anatomy;
+pub mod check;
 pub mod cli;
 mod errors;
 mod live;
@@ -14,3 +16,4 @@ mod message;
 mod run;
 #[cfg(test)]
 mod tests;
+mod work;

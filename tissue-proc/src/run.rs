@@ -1,7 +1,6 @@
 //! The process: the newest pose in, its state out.
 
 use std::ops::ControlFlow;
-use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
@@ -21,6 +20,7 @@ use crate::anatomy::{Anatomy, LoadLabels, NoAnatomy, make};
 use crate::errors::Errors;
 use crate::live::{Answer, Live};
 use crate::message::header;
+use crate::work::beside;
 
 /// Its name in the run.
 const NAME: &str = "tissue";
@@ -106,21 +106,9 @@ fn worked<T: Send>(
 ) -> Result<T, BusError> {
     // Not the session's clock: in a replay that is paused it stands still.
     let until_ns = clock::monotonic_ns().saturating_add(clock::ns(most));
-    thread::scope(|scope| {
-        let (done, made) = mpsc::sync_channel(1);
-        let working = scope.spawn(move || done.send(work()));
-        loop {
-            match made.recv_timeout(TICK) {
-                Ok(made) => return Ok(made),
-                Err(RecvTimeoutError::Timeout) if clock::monotonic_ns() < until_ns => process.beat(state, note)?,
-                Err(RecvTimeoutError::Timeout) => {}
-                // It ended without a word: by a panic, which goes on here.
-                Err(RecvTimeoutError::Disconnected) => match working.join() {
-                    Err(panic) => std::panic::resume_unwind(panic),
-                    Ok(_) => unreachable!("what works sends before it ends"),
-                },
-            }
-        }
+    beside(TICK, work, || match clock::monotonic_ns() < until_ns {
+        true => process.beat(state, note),
+        false => Ok(()),
     })
 }
 

@@ -14,9 +14,16 @@
 //! sum |r|^2 / (sb^2 + st^2) <= chi-squared(3 n - 6), at four deviations        residuals
 //! ```
 //!
+//! A person touches beads: of touches of which more than a quarter lie on none, something is wrong that matching must not hide
+//! ([`Refused::FewOnBeads`]). Nor is a set taken that touches of anybody else would match with ([`Refused::ByChance`]).
+//!
+//! Residuals larger than the errors told, if within what is accepted, make the errors of the result larger
+//! ([`told_noise_factor`]).
+//!
 //! Where touches state covariances, the residuals' sum is that of [`calib::registration::chi_squared`], which knows what
 //! they share.
 
+mod chance;
 mod deviations;
 mod error;
 mod search;
@@ -29,10 +36,17 @@ use deviations::Deviations;
 pub use error::{Pairing, Refused};
 use search::{Solution, solutions};
 
-use calib::registration::{Method, Noise, Pairs, Propagated, Registration, propagated, register, rms_at};
+use calib::registration::{
+    Method, Noise, Pairs, Propagated, Registration, propagated, register, rms_at, told_noise_factor,
+};
 
 /// Deviations of a difference of distances within which it counts as none.
 const AGREE_DEVIATIONS: f64 = 4.5;
+
+/// A touch on no bead is of one that is nearer than so many times the difference that counts as none.
+const NEAR: f64 = 3.0;
+/// Pairings as good that touches of anybody else may be expected to have.
+pub const MOST_BY_CHANCE: f64 = 1e-3;
 
 /// Deviations of the points, per axis, mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +93,12 @@ pub struct Matched<F: Frame> {
     pub untouched: Vec<usize>,
     /// The registration of the pairs, in the order of the touched points that have a bead.
     pub registration: Registration<Ct, F>,
-    /// The noise of a pair that was assumed; the root mean square of the pairs' where touches state theirs.
+    /// The noise of a pair: that told, or the root mean square of the pairs' where touches state theirs, and what residuals show above it.
     pub noise: Noise,
+    /// What its variance is multiplied by for the sake of the residuals, at least 1: [`told_noise_factor`].
+    pub noise_factor: f64,
+    /// How many pairings as good are to be expected of touches that have nothing to do with the beads, by an estimate.
+    pub by_chance: f64,
     /// Covariance of the registration, and what touches share in it: by [`propagated`], where touches state their errors; `None`
     /// where none does.
     pub propagated: Option<Propagated>,
@@ -153,7 +171,42 @@ pub fn match_stated<F: Frame>(
             apart_mm: apart(best, other, touched),
         });
     }
+    let allowed = touched.len() / 4;
+    if touched.len() - best.count > allowed {
+        return Err(Refused::FewOnBeads {
+            best: best.pairing(),
+            touched: touched.len(),
+            allowed,
+        });
+    }
+    not_near(best, (beads, touched), &sigmas)?;
     registered(best, (beads, touched), &sigmas, steps)
+}
+
+/// Refuses touches on no bead that are plainly of one: the hand is worse than told, or that bead has moved, and what was told of all others may be as wrong.
+fn not_near<F: Frame>(
+    best: &Solution<F>,
+    (beads, touched): (&[Point<Ct>], &[Point<F>]),
+    sigmas: &Deviations,
+) -> Result<(), Refused> {
+    let is_free = |bead: &usize| !best.bead_of.contains(&Some(*bead));
+    for (touch, _) in best.bead_of.iter().enumerate().filter(|(_, bead)| bead.is_none()) {
+        let place = best.transform * touched[touch];
+        let distance = |bead: &usize| beads[*bead].distance(place);
+        let nearest = (0..beads.len())
+            .filter(is_free)
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let limit_mm = NEAR * sigmas.distance_mm(touch, touch);
+        if let Some(bead) = nearest.filter(|bead| distance(bead) <= limit_mm) {
+            return Err(Refused::NearBead {
+                touch,
+                bead,
+                distance_mm: distance(&bead),
+                limit_mm,
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The registration of the pairs that were found.
@@ -166,17 +219,33 @@ fn registered<F: Frame>(
     let (to, from): (Vec<_>, Vec<_>) = best.pairs().map(|(i, j)| (beads[i], touched[j])).unzip();
     // What was paired may be fewer points than were touched, and in a worse shape.
     spread::check(&from, sigmas.largest_mm())?;
+    let radius_mm = sigmas.largest_mm() * search::most(best.count).sqrt();
+    let by_chance = chance::expected(&from, touched.len(), beads, radius_mm);
+    if by_chance > MOST_BY_CHANCE {
+        return Err(Refused::ByChance {
+            best: best.pairing(),
+            beads: beads.len(),
+            by_chance,
+        });
+    }
     let pairs = Pairs::new(&to, &from)?;
     let registration = register(pairs, Method::default())?;
     let errors = sigmas.of_pairs(best.pairs().map(|(_, j)| j));
+    let noise_factor = told_noise_factor(best.chi_squared, search::freedom(best.count));
+    let told = sigmas.noise(errors.as_deref());
     Ok(Matched {
         untouched: (0..beads.len()).filter(|i| !best.bead_of.contains(&Some(*i))).collect(),
         bead_of: best.bead_of.clone(),
         propagated: errors
             .as_ref()
-            .and_then(|errors| propagated(&registration.fit, pairs, errors)),
+            .and_then(|errors| propagated(&registration.fit, pairs, errors))
+            .map(|of| of.with_own_times(noise_factor)),
         registration,
-        noise: sigmas.noise(errors.as_deref()),
+        noise: Noise {
+            sigma_mm: told.sigma_mm * noise_factor.sqrt(),
+        },
+        noise_factor,
+        by_chance,
         chi_squared: [best.chi_squared, search::most(best.count)],
         steps,
     })

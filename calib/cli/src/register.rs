@@ -85,7 +85,6 @@ pub(crate) fn register(request: &Request, scened: Option<&SceneContext>) -> Resu
         store::check(out, request.overwrite)?;
     }
     let input = Input::read(&request.input, request.options.weights, request.allow_duplicates)?;
-    let solution = solve(&input.rows, &request.options, &input.names())?;
     // With a scale the units are what is asked for.
     if !request.options.scale {
         input.refuse_small()?;
@@ -93,6 +92,8 @@ pub(crate) fn register(request: &Request, scened: Option<&SceneContext>) -> Resu
     if let Some(grid) = &request.grid {
         input.refuse_outside(grid)?;
     }
+    // Behind those: that a point is not where it can be says more than that it does not fit.
+    let solution = solve(&input.rows, &request.options, &input.names())?;
     let mut file = describe(request, &input, &solution);
     let (judged, refused) = judge(&mut file, scened)?;
     let mut text = report::text(&file, request.all) + &judged;
@@ -157,6 +158,7 @@ pub(crate) fn describe(request: &Request, input: &Input, solution: &Solution) ->
             sigma_mm: solution.noise.sigma_mm,
             estimated: solution.estimated.is_some(),
             degrees_of_freedom: solution.estimated.map(|of| of.freedom),
+            times_told: solution.told.map(|told| told.times).filter(|times| *times > 1.0),
             touches: solution.touches,
         }),
         covariance: covariance(solution),

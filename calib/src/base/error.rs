@@ -2,6 +2,7 @@
 
 use super::feature::Feature;
 use super::free_motion::FreeMotion;
+use super::means::OneSide;
 
 /// Features by group, in the order of the groups.
 fn named(features: &[Feature]) -> String {
@@ -169,6 +170,20 @@ pub enum Refused {
     Mirrored {
         /// Sum of squared residuals in units of the noise given: of the touches, and of their mirror image.
         chi_squared: [f64; 2],
+    },
+    /// The touches of features lie off them all together.
+    #[error(
+        "the touches lie to one side of features as a whole (squares of their means over the noise {squares:.0}, at most {allowed:.0}), most of all the \
+         {} touches of the {}, by {:.2} mm: dirt on it, a tip of another radius than was told, or a base that is not as it is drawn",
+        .worst.touches, .worst.feature, .worst.off_mm
+    )]
+    OneSide {
+        /// The feature that is farthest off by its noise.
+        worst: OneSide,
+        /// Squares of the means over the noise of means.
+        squares: f64,
+        /// The most.
+        allowed: f64,
     },
     /// The covariance that came out is not one.
     #[error(transparent)]

@@ -34,6 +34,7 @@ pub fn locate<F: Frame>(drawing: &Drawing, groups: &[Group<F>], options: &Option
     // Before uniqueness: a motion that is free has places as good beside the best, and its name says more than
     // `Ambiguous`.
     result.held(options)?;
+    result.even(groups)?;
     unique(&found, drawing, options, found[0].noise_ratio)?;
     handed(&touched, &labels, (drawing, options), &found[0])?;
     result.located(centre, groups, options)

@@ -3,6 +3,7 @@
 use geometry::{Base, Frame, Point, Rigid, Uncertain, Vector};
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3};
 
+use super::means::even;
 use super::search::{Found, Touched, chosen};
 use super::solve::{HeldTouch, normal, open, row};
 use super::{Drawing, Feature, FreeMotion, Group, Options, Refused};
@@ -116,6 +117,13 @@ impl<'a> Solved<'a> {
             condition: self.condition,
             allowed: options.max_condition,
         })
+    }
+
+    /// See [`even`].
+    pub(super) fn even<F: Frame>(&self, groups: &[Group<F>]) -> Result<(), Refused> {
+        let kept = (0..groups.len()).map(|group| chosen(&self.touches[group..=group], &self.found.kept[group..=group]));
+        let kept: Vec<Vec<HeldTouch>> = kept.collect();
+        even(&kept, (groups, &self.found.assignment), &self.found.pose, self.sigma_mm)
     }
 
     fn degrees_of_freedom(&self) -> usize {

@@ -208,6 +208,34 @@ pub enum Refused {
         /// Its distance, mm.
         worst_mm: f64,
     },
+    /// Two emitters at one place.
+    #[error(
+        "emitters {first} and {second} are {distance_mm:.3} mm apart, and at least {least_mm:.3} mm are needed to tell their sightings apart: one of \
+         them carries the other's number, at least in many views"
+    )]
+    OnePlace {
+        /// The first.
+        first: usize,
+        /// The second.
+        second: usize,
+        /// Their distance, mm.
+        distance_mm: f64,
+        /// The least, mm.
+        least_mm: f64,
+    },
+    /// So many sightings of an emitter were left out that the others may be the wrong ones.
+    #[error(
+        "{rejected} of {sightings} sightings of emitter {emitter} lie off the place that the others give it, and at most a third may: it moved, or \
+         carried another one's number"
+    )]
+    Torn {
+        /// The emitter.
+        emitter: usize,
+        /// Its sightings that were left out.
+        rejected: usize,
+        /// All of its sightings in views that give a pose.
+        sightings: usize,
+    },
     /// An emitter can move almost freely.
     #[error("the views hardly hold emitter {emitter}: condition {condition:.3e}, at most {allowed:.1e} is allowed")]
     Weak {

@@ -45,7 +45,7 @@ pub struct Bundle {
     /// Root mean square length of all residuals, mm: divides by the sightings.
     pub rms_mm: f64,
     /// The residuals' size in units of the noise given: the root of chi-square over its degrees of freedom. About 1
-    /// where the noise given is right; where it is not trusted, multiply the covariance by its square. NaN without freedom.
+    /// where the noise given is right; where it is more, the covariance has its square in it. NaN without freedom.
     pub noise_ratio: f64,
     /// Standard deviation per axis that explains the residuals, mm: `noise_ratio` times that given.
     pub sigma_mm: f64,
@@ -65,7 +65,7 @@ pub struct Bundle {
 
 impl Bundle {
     /// Covariance of the places of two emitters, mm^2: `E[e_i e_j^T]`, in the axes of the marker's frame, with the noise
-    /// given. `None` where one was left out.
+    /// given, or that which residuals show where it is more. `None` where one was left out.
     ///
     /// `e` is the error after the marker was laid best on the true one, all emitters alike: the frame itself is a
     /// definition and has no error.
@@ -86,7 +86,7 @@ impl Bundle {
     }
 
     /// Root mean square distance of the emitters from their true places to be expected after the marker was laid best
-    /// on the true one, mm, with the noise given.
+    /// on the true one, mm; see [`Bundle::covariance_between`].
     pub fn predicted_rms_mm(&self) -> f64 {
         (3.0 * self.covariance.trace() / self.covariance.nrows() as f64).sqrt()
     }
@@ -148,7 +148,8 @@ impl Bundle {
             steps: settled.steps,
             chained: places(&vote.places, &laid_on(&vote.places, &body, &marker_from_body)),
             columns: problem.columns.clone(),
-            covariance: turned(&covariance, marker_from_body.rotation()),
+            // Some hundred residuals tell the noise better than whoever gave it; without freedom there is only that.
+            covariance: turned(&covariance, marker_from_body.rotation()) * noise_ratio.max(1.0).powi(2),
         })
     }
 }

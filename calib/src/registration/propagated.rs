@@ -47,6 +47,18 @@ pub struct Propagated {
     pub shared: Matrix6x3<f64>,
 }
 
+impl Propagated {
+    /// The same where the variances of what is each pair's own are `factor` times as large; what pairs share stays, as residuals do not show it.
+    #[must_use]
+    pub fn with_own_times(self, factor: f64) -> Self {
+        let shared = self.shared * self.shared.transpose();
+        Self {
+            covariance: (self.covariance - shared) * factor + shared,
+            ..self
+        }
+    }
+}
+
 /// Covariance (1) of a fit of `pairs` that have the errors `errors`, and what they share. `None` where the `From` cloud is a line to rounding.
 ///
 /// `errors` must be as many as `pairs`: of others the surplus is passed over.

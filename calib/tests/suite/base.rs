@@ -175,7 +175,11 @@ fn without_noise_the_place_is_exact_for_every_tip() {
         if tip_radius > 0.0 {
             let sharp = locate(&drawing, &groups, &Options::new(SIGMA));
             let lifted = sharp.map(|f| (f.place.transform() * target).distance(truth * target));
-            assert!(lifted.is_ok_and(|d| d > tip_radius), "{tip_radius}");
+            // A large one lifts it by more in the grooves than on the plane, which is seen.
+            match lifted {
+                Ok(lifted) => assert!(lifted > tip_radius && tip_radius < 1.0, "{tip_radius}"),
+                Err(refused) => assert!(matches!(refused, calib::base::Refused::OneSide { .. }), "{refused}"),
+            }
         }
     }
 }

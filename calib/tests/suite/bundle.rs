@@ -273,6 +273,10 @@ fn noise_of_twice_the_size_is_told_and_nothing_left_out() {
         found.noise_ratio
     );
     assert!((found.sigma_mm / (2.0 * SIGMA) - 1.0).abs() < bound);
+    // The errors told are of that noise: told for half of it 0.031 mm stood where 0.166 were true.
+    let told = calibrate(&seen(&mut Random::new(81), &truth, &poses, [SIGMA; 3]), 24, &options()).unwrap();
+    let times = found.predicted_rms_mm() / told.predicted_rms_mm();
+    assert!((times / 2.0 - 1.0).abs() < 0.1, "{times}");
     let gates = calib::gate::Gates {
         max_noise_ratio: Some(1.5),
         max_rms_mm: Some(1.0),

@@ -51,11 +51,13 @@ pub use practice::{Practice, PracticeFrame, PracticeMotion};
 pub use step_motion::{StepMotion, StepMotionKind};
 pub use steps::{StepFigure, StepGate, StepPhase, StepPoint, StepTask, StepWish, Steps};
 pub use timeline::{Timeline, TimelineColumn, TimelineMark};
-pub use tissue::{MOST_ERRORS, PlaceError, TargetShown, TissueError, TissueHeader, TissueShown, TissueState};
+pub use tissue::{
+    MOST_DEPTH_MM, MOST_ERRORS, PlaceError, TargetShown, TissueError, TissueHeader, TissueShown, TissueState,
+};
 pub use tissue_mesh::{MeshCube, MeshOrgan, TissueMesh, TissueMeshError, TissueMeshHeader};
 pub use us_image::{UsImageError, UsImageHeader};
 pub use volume_header::{HeaderError, VolumeHeader};
-pub use wire::{Wire, WireError, voxel_bytes, voxels_from};
+pub use wire::{Wire, WireError, node_bytes, nodes_from, voxel_bytes, voxels_from};
 pub use workflow::Workflow;
 
 /// A fixed-size text field: UTF-8, cut at a character's boundary, zero-padded.

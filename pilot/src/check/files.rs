@@ -55,7 +55,7 @@ pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
 }
 
 /// The generated patient's labels go with that patient alone, and a map that is not there is no map.
-fn labels_of_organs(scene: &Scene) -> Option<String> {
+pub(super) fn labels_of_organs(scene: &Scene) -> Option<String> {
     let organs = &scene.tissue.as_ref()?.organs;
     let labels = tied::labels_of_organs(organs)?;
     let why = match &scene.volume.source {

@@ -15,6 +15,7 @@ use guidance::workflow::VolumeId;
 use scene::raw::Source;
 use scene::{Scene, VolumeSpec};
 
+use crate::check::Depth;
 use crate::cli::{VolumeArgs, display};
 use crate::planning::{Findings, LabelMap, Measured, PlanStore, StoreError, planning_scene};
 use crate::resolve::ResolveError;
@@ -42,7 +43,7 @@ Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something sp
 
 type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
-/// Who reads volumes: handed in by the binary, as this crate knows no formats of them.
+/// Who reads volumes and moves organs: handed in by the binary, as this crate knows no formats of them and no model.
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
     /// Reads an examination; the number is the generated patient's seed.
@@ -53,6 +54,8 @@ pub struct Hands {
     pub label_names: fn(&Path) -> Read<LabelNames>,
     /// Reads the points of a structure set of an examination; `None` of what is no such file.
     pub structure_set: fn(&Path, &VolumeSpec) -> Read<Option<StructureSet>>,
+    /// Looks at the organs of a scene as the process does that moves them, at its start: in words, what was made of them.
+    pub organs: fn(&Scene, Depth) -> Read<Option<String>>,
 }
 
 /// The points of a DICOM structure set.

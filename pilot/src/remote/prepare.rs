@@ -89,7 +89,7 @@ fn absolute(path: &Path) -> PathBuf {
 
 /// The other machine's scene without what that machine alone does or has: it serves other programs, guides calibrations, and its files
 /// of structures lie there. The tracker's part stays, as it says how poses are to be judged; nothing of it is started. So does the tissue's: its states
-/// do not come over the link, and images that show organs at rest where the other machine moves them must say so.
+/// come over the link, and an image without one must say so.
 fn scene(facts: &RemoteFacts, record: bool) -> Result<(Source, Scene), SceneError> {
     let mut source = raw::parse(&facts.scene, Path::new("scene.toml"))?;
     let scene = &mut source.scene;
@@ -116,7 +116,7 @@ mod tests {
                     address = \"127.0.0.1:18944\"\n[tissue]\norgans = \"kidney.toml\"\nlate_ms = 30\n[limits]\nstale_ms = 77";
         let (_, shown) = scene(&RemoteFacts::sample(text), false).unwrap();
         assert!(shown.gateway.is_none() && shown.recording.is_none());
-        // Its organs are at rest here, which images say only in a scene whose organs move.
+        // Renderers take states, and tell that there is none, only in a scene whose organs move.
         assert!(shown.tissue.is_some());
         assert_eq!(shown.limits.stale, Duration::from_millis(77));
         let (_, recorded) = scene(&RemoteFacts::sample(text), true).unwrap();

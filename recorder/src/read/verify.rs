@@ -9,17 +9,23 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use bus::message::{EmitterFrame, MarkerFrame, ToolPose};
-use mcap::{Message, Summary};
+use mcap::records::Metadata;
+use mcap::{Attachment, Message, Summary};
+use scene::raw;
 
+use crate::edit::cut::CUT;
 use crate::edit::progress::Progress;
 use crate::read::damage::OpenError;
 use crate::read::one_run::OneRun;
+use crate::read::organs::Organs;
 use crate::read::reader::{self, ReadError, Recorded};
 use crate::read::scan::{self, Item};
 use crate::read::seek;
-use crate::wire::proto::{TissueFrame, UsFrame};
+use crate::read::stated::{self, Held, REPORT};
+use crate::wire::proto::{MeshFrame, TissueFrame, UsFrame};
 use crate::wire::schema::{
-    EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA, RAW_IMAGE_SCHEMA, TISSUE_SCHEMA, US_IMAGE,
+    EMITTER_SCHEMA, LIBRARIES, MARKER_SCHEMA, POSE_SCHEMA, RAW_IMAGE_SCHEMA, RUN, SCENE, TISSUE_MESH_SCHEMA,
+    TISSUE_SCHEMA, TOOL_POSE, US_IMAGE,
 };
 
 /// More are counted, not named.
@@ -41,6 +47,17 @@ pub struct Verified {
     counts: BTreeMap<u16, (String, u64)>,
     last: BTreeMap<u16, (u64, u64)>,
     one_run: OneRun,
+    organs: Organs,
+    facts: Facts,
+}
+
+/// What lies beside the messages, as far as others are held against it.
+#[derive(Debug, Default)]
+struct Facts {
+    volume_hash: Option<String>,
+    seed: Option<u64>,
+    report: Option<Vec<u8>>,
+    is_cut: bool,
 }
 
 /// Reads a recording from start to end and holds it against its index.
@@ -58,11 +75,13 @@ pub fn verify(path: &Path) -> Result<Verified, OpenError> {
         of_another.into_iter().for_each(|words| verified.find(words));
         match item {
             Ok(Item::Message(message)) => verified.message(&message),
-            Ok(Item::Attachment(_)) => verified.attachments += 1,
+            Ok(Item::Attachment(file)) => verified.attached(&file),
+            Ok(Item::Metadata(record)) => verified.beside(&record),
             Ok(_) => {}
             Err(damage) => verified.find(damage.to_string()),
         }
     }
+    verified.hold_organs();
     let is_ours = scan.library().is_some_and(|library| library.starts_with(LIBRARIES));
     verified.hold_index(path, is_ours)?;
     Ok(verified)
@@ -74,6 +93,48 @@ impl Verified {
         if self.findings.len() < NAMED {
             self.findings.push(words);
         }
+    }
+
+    fn attached(&mut self, file: &Attachment<'_>) {
+        self.attachments += 1;
+        match file.name.as_str() {
+            SCENE => {
+                self.organs.scene(&file.data);
+                let text = std::str::from_utf8(&file.data).unwrap_or_default();
+                let source = raw::parse(text, Path::new(SCENE)).ok();
+                self.facts.seed = source.map(|source| source.scene.seed);
+            }
+            REPORT => self.facts.report = Some(file.data.to_vec()),
+            _ => {}
+        }
+    }
+
+    fn beside(&mut self, record: &Metadata) {
+        match record.name.as_str() {
+            RUN => {
+                let hash = record.metadata.get("volume_hash").cloned();
+                self.facts.volume_hash = hash.or(self.facts.volume_hash.take());
+            }
+            // What is told of the whole is not of a part.
+            CUT => self.facts.is_cut = true,
+            _ => {}
+        }
+    }
+
+    /// Holds states against meshes that came behind them, and the run's report against all.
+    fn hold_organs(&mut self) {
+        let at_end: Vec<String> = self.organs.at_end().collect();
+        at_end.into_iter().for_each(|words| self.find(words));
+        let poses = self.counts.values().find(|(topic, _)| topic == TOOL_POSE);
+        let held = Held {
+            volume_hash: self.facts.volume_hash.as_deref(),
+            seed: self.facts.seed,
+            poses: poses.map_or(0, |(_, count)| *count),
+            is_whole: self.found == 0 && !self.facts.is_cut,
+        };
+        let report = self.facts.report.as_deref();
+        let denied = report.map(|report| stated::denied(report, &held, &self.organs));
+        denied.into_iter().flatten().for_each(|words| self.find(words));
     }
 
     fn message(&mut self, message: &Message<'_>) {
@@ -93,7 +154,22 @@ impl Verified {
             RAW_IMAGE_SCHEMA if topic == US_IMAGE => {
                 stamps::<UsFrame>(message, |image| (image.header.seq, image.header.t_capture_ns))
             }
-            TISSUE_SCHEMA => stamps::<TissueFrame>(message, |state| (state.header.seq, state.header.t_capture_ns)),
+            TISSUE_SCHEMA => reader::decode::<TissueFrame>(message).map(|state| {
+                let wrong = self.organs.state(&state);
+                wrong
+                    .into_iter()
+                    .for_each(|words| self.find(format!("message {number} of {topic}: {words}")));
+                (state.header.seq, state.header.t_capture_ns)
+            }),
+            TISSUE_MESH_SCHEMA => {
+                let mesh = reader::decode::<MeshFrame>(message).map_err(|error| error.to_string());
+                let volume_hash = self.facts.volume_hash.as_deref();
+                let wrong = mesh.map_or_else(Some, |mesh| self.organs.mesh(&mesh, volume_hash));
+                wrong
+                    .into_iter()
+                    .for_each(|words| self.find(format!("message {number} of {topic}: {words}")));
+                return;
+            }
             MARKER_SCHEMA => stamps::<MarkerFrame>(message, |frame| (frame.seq, frame.t_capture_ns)),
             _ => return,
         };

@@ -1,5 +1,7 @@
 //! Around each message: of which run it is, from which sender, and its number.
 
+use std::ops::RangeInclusive;
+
 /// Around each message, little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Envelope {
@@ -13,14 +15,16 @@ pub struct Envelope {
 
 /// Bytes that are no message of their channel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("a message of {found} bytes came on {key}; expected are {expected}")]
+#[error("a message of {found} bytes came on {key}; expected are {least} to {most}")]
 pub struct EnvelopeError {
     /// The channel's key.
     pub key: &'static str,
     /// How many bytes came.
     pub found: usize,
-    /// How many a message of it has.
-    pub expected: usize,
+    /// The fewest that a message of it has.
+    pub least: usize,
+    /// The most.
+    pub most: usize,
 }
 
 impl Envelope {
@@ -40,17 +44,22 @@ impl Envelope {
     /// The envelope and what is in it.
     ///
     /// # Errors
-    /// [`EnvelopeError`] unless the body has just `expected` bytes.
-    pub fn open<'a>(bytes: &'a [u8], key: &'static str, expected: usize) -> Result<(Self, &'a [u8]), EnvelopeError> {
+    /// [`EnvelopeError`] unless the body has `allowed` bytes.
+    pub fn open<'a>(
+        bytes: &'a [u8],
+        key: &'static str,
+        allowed: RangeInclusive<usize>,
+    ) -> Result<(Self, &'a [u8]), EnvelopeError> {
         let error = EnvelopeError {
             key,
             found: bytes.len(),
-            expected: Self::BYTES + expected,
+            least: Self::BYTES + allowed.start(),
+            most: Self::BYTES + allowed.end(),
         };
         let Some((head, body)) = bytes.split_first_chunk::<{ Self::BYTES }>() else {
             return Err(error);
         };
-        if body.len() != expected {
+        if !allowed.contains(&body.len()) {
             return Err(error);
         }
         let number = |at: usize| {
@@ -80,10 +89,13 @@ mod tests {
             count: 3,
         };
         let bytes = envelope.around(b"body");
-        assert_eq!(Envelope::open(&bytes, "k", 4), Ok((envelope, &b"body"[..])));
+        assert_eq!(Envelope::open(&bytes, "k", 4..=4), Ok((envelope, &b"body"[..])));
         for bad in [&bytes[..27], &bytes[..23], &[][..], &[bytes.clone(), vec![0]].concat()] {
-            let error = Envelope::open(bad, "k", 4).unwrap_err();
-            assert_eq!((error.found, error.expected), (bad.len(), 28));
+            let error = Envelope::open(bad, "k", 4..=4).unwrap_err();
+            assert_eq!((error.found, error.least, error.most), (bad.len(), 28, 28));
         }
+        let longer = [&bytes[..], &[9, 9]].concat();
+        assert_eq!(Envelope::open(&longer, "k", 4..=6).unwrap().1, b"body\x09\x09");
+        assert_eq!(Envelope::open(&longer, "k", 4..=5).unwrap_err().most, 29);
     }
 }

@@ -109,6 +109,11 @@ impl Examination {
         self.there.is_some()
     }
 
+    /// The one that is shown.
+    pub(super) fn there(&self) -> Option<VolumeHash> {
+        self.there
+    }
+
     /// The sender has the examination of `header`: takes memory for it, unless it is here.
     pub(super) fn begin(&mut self, bus: &Bus, header: VolumeHeader) -> Result<(), ExaminationError> {
         let found = header.volume_hash();

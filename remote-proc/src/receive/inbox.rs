@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bus::clock::far::Exchange;
+use bus::topic::TISSUE;
 use zenoh::query::Reply;
 use zenoh::sample::Sample;
 
@@ -15,6 +16,8 @@ use crate::session::Opened;
 
 /// Messages that wait; where more come, the oldest give way, as they would on the bus.
 const MOST: usize = 4096;
+/// States of tissue that wait, which are long.
+const MOST_STATES: usize = TISSUE.buffer;
 
 /// A question for the clock, and its answer.
 #[derive(Debug, Clone, Copy)]
@@ -40,7 +43,9 @@ pub(super) enum Incoming {
     Clock(Asked),
     /// A piece of the voxels.
     Piece(u32, Result<Vec<u8>, String>),
-    /// A message, of as many bytes as its channel has.
+    /// A piece of the organs of this id, as it came.
+    Mesh([u8; 32], u32, Result<Vec<u8>, String>),
+    /// A message, of as many bytes as its channel allows.
     Message(Channel, Envelope, Vec<u8>),
     /// Something that is none of these, in words.
     Odd(String),
@@ -73,13 +78,17 @@ impl Inbox {
 
     pub(super) fn put(&self, incoming: Incoming) {
         let mut queue = self.0.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        if queue.len() >= MOST {
-            // What answers a question is bounded by the questions.
-            let oldest = queue
-                .iter()
-                .position(|old| matches!(old, Incoming::Message(..) | Incoming::Odd(_)));
-            oldest.map(|place| queue.remove(place));
-        }
+        let is_state = |one: &Incoming| matches!(one, Incoming::Message(Channel::Tissue, ..));
+        // What answers a question is bounded by the questions.
+        let may_go = |one: &Incoming| matches!(one, Incoming::Message(..) | Incoming::Odd(_));
+        let oldest = if is_state(&incoming) && queue.iter().filter(|one| is_state(one)).count() >= MOST_STATES {
+            queue.iter().position(is_state)
+        } else if queue.len() >= MOST {
+            queue.iter().position(may_go)
+        } else {
+            None
+        };
+        oldest.map(|place| queue.remove(place));
         queue.push_back(incoming);
         drop(queue);
         // A full pipe wakes as well as one more byte.
@@ -89,7 +98,7 @@ impl Inbox {
     /// A message of a channel.
     pub(super) fn sample(&self, channel: Channel, sample: &Sample) {
         let bytes = sample.payload().to_bytes();
-        self.put(match Envelope::open(&bytes, channel.key(), channel.bytes()) {
+        self.put(match Envelope::open(&bytes, channel.key(), channel.allowed()) {
             Ok((envelope, body)) => Incoming::Message(channel, envelope, body.to_vec()),
             Err(error) => Incoming::Odd(error.to_string()),
         });
@@ -188,6 +197,12 @@ mod tests {
         assert_eq!(all.len(), MOST);
         assert!(matches!(all[0], Incoming::Facts(_)));
         assert!(matches!(&all[1], Incoming::Message(_, Envelope { count: 6, .. }, _)));
+        for count in 0..MOST_STATES as u64 + 3 {
+            inbox.put(Incoming::Message(Channel::Tissue, envelope(count), Vec::new()));
+        }
+        let all = inbox.take();
+        assert_eq!(all.len(), MOST_STATES);
+        assert!(matches!(&all[0], Incoming::Message(_, Envelope { count: 3, .. }, _)));
         drain(&wakes);
         assert_eq!((&wakes).read(&mut [0]).unwrap_err().kind(), io::ErrorKind::WouldBlock);
     }

@@ -5,6 +5,7 @@ use bus::port::{Message, Publisher};
 use bus::topic::{EVENT, GUIDE, IDENTITY, MARKERS, TOOL_POSE, WORKFLOW};
 use bus::{Bus, BusError};
 
+use super::organs::Organs;
 use crate::protocol::{Channel, Envelope};
 
 /// A state that is told again and again, and published where it is another.
@@ -44,6 +45,7 @@ pub(super) struct Outputs {
     guide: State<Guide>,
     workflow: State<Workflow>,
     identity: State<Identity>,
+    pub(super) organs: Organs,
     /// Sender and number of the newest message of each channel.
     newest: [Option<(u64, u64)>; Channel::ALL.len()],
     rate: Rate,
@@ -76,6 +78,7 @@ impl Outputs {
             guide: State::of(Publisher::open(bus, &GUIDE, "")?),
             workflow: State::of(Publisher::open(bus, &WORKFLOW, "")?),
             identity: State::of(Publisher::open(bus, &IDENTITY, "")?),
+            organs: Organs::default(),
             newest: [None; Channel::ALL.len()],
             rate: Rate::default(),
         })
@@ -97,7 +100,10 @@ impl Outputs {
                     return Ok(None);
                 }
                 // A state that is told again and again is not lost where the next telling comes.
-                if matches!(channel, Channel::Pose | Channel::Markers | Channel::Event) {
+                if matches!(
+                    channel,
+                    Channel::Pose | Channel::Markers | Channel::Event | Channel::Tissue
+                ) {
                     let missing = envelope.count.saturating_sub(count).saturating_sub(1);
                     counters.dropped = counters.dropped.saturating_add(missing);
                 }
@@ -116,6 +122,7 @@ impl Outputs {
             Channel::Guide => self.guide.send(body),
             Channel::Workflow => self.workflow.send(body),
             Channel::Identity => self.identity.send(body),
+            Channel::Tissue => self.organs.state(body),
         }
     }
 
@@ -125,6 +132,7 @@ impl Outputs {
         self.workflow.publisher.serve_late_joiners();
         self.identity.publisher.serve_late_joiners();
         self.events.serve_late_joiners();
+        self.organs.serve_late_joiners();
     }
 
     /// Counts the poses of each second.

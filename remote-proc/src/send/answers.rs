@@ -1,4 +1,4 @@
-//! What is answered: the facts, the clock, pieces of the voxels. Questions come on threads of the link.
+//! What is answered: the facts, the clock, pieces of the voxels and of the organs at rest. Questions come on threads of the link.
 
 use std::collections::HashMap;
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
@@ -12,7 +12,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::Query;
 
 use super::voxels;
-use crate::protocol::{CLOCK, ClockAnswer, FACTS, Facts, PIECE};
+use crate::protocol::{CLOCK, ClockAnswer, FACTS, Facts, MESH, PIECE};
 use crate::session::{Opened, SessionError};
 
 /// Questions that wait to be answered; who asks for more is told to ask again.
@@ -36,12 +36,17 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    pub(super) fn open(session: &Opened, run: &RunContext, (id, number): (u64, u64)) -> Result<Self, SessionError> {
+    /// `moves`: whether the run's organs move.
+    pub(super) fn open(
+        session: &Opened,
+        (run, moves): (&RunContext, bool),
+        (id, number): (u64, u64),
+    ) -> Result<Self, SessionError> {
         let facts = Arc::new(Mutex::new(Vec::new()));
         let seen = Seen::default();
-        let asked = serve(run.clone(), facts.clone());
+        let asked = serve((run.clone(), moves), facts.clone());
         // Whoever waits for room in the link's queues must not do so in its one thread.
-        for key in [FACTS, PIECE] {
+        for key in [FACTS, PIECE, MESH] {
             let asked = asked.clone();
             answer(session, key, move |query| match asked.try_send(query) {
                 Ok(()) => {}
@@ -114,11 +119,11 @@ fn note(seen: &Seen, query: &Query) {
 }
 
 /// Starts the thread that answers for facts and voxels: shared memory is mapped there once more, and copied by nobody.
-fn serve(run: RunContext, facts: Told) -> SyncSender<Query> {
+fn serve((run, moves): (RunContext, bool), facts: Told) -> SyncSender<Query> {
     let (asked, questions) = sync_channel(WAITING);
     // It ends with the session, whose callbacks hold the other end.
     std::thread::spawn(move || {
-        if let Err(error) = voxels::serve(&run, &facts, &questions) {
+        if let Err(error) = voxels::serve((&run, moves), &facts, &questions) {
             bus::stderr_line!("remote-proc: error: serving the examination: {error}");
         }
     });

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Event, Guide, Identity, MarkerFrame, Wire, Workflow};
-use bus::port::Subscriber;
+use bus::message::{Event, Guide, Identity, MarkerFrame, TissueHeader, Wire, Workflow, node_bytes};
+use bus::port::{Headed, Subscriber};
 use bus::topic::{EVENT, GUIDE, IDENTITY, MARKERS, WORKFLOW};
 use bus::{Bus, BusError};
 use scene::{Scene, TrackerSource};
@@ -39,6 +39,8 @@ impl Outlets {
                 .congestion_control(CongestionControl::Drop)
                 .priority(match channel {
                     Channel::Pose => Priority::RealTime,
+                    // A pose never waits behind a state, which is some dozen times as long.
+                    Channel::Tissue => Priority::InteractiveLow,
                     _ => Priority::InteractiveHigh,
                 })
                 .wait();
@@ -75,6 +77,12 @@ impl Outlets {
         }
     }
 
+    /// Sends a state of tissue, with its nodes.
+    pub(super) fn put_state(&mut self, state: &Headed<TissueHeader, f32>) {
+        let body = [state.header().wire_bytes(), node_bytes(state.values())].concat();
+        self.put(Channel::Tissue, &body);
+    }
+
     /// Says on stderr what the link refused since the last call.
     pub(super) fn tell_refused(&mut self) {
         if let (count, Some(why)) = &self.refused
@@ -107,7 +115,7 @@ impl<T: Wire + bus::port::Message> State<T> {
     }
 }
 
-/// All but the poses.
+/// All but poses and tissue, which wake.
 pub(super) struct States {
     guide: State<Guide>,
     workflow: State<Workflow>,

@@ -1,4 +1,4 @@
-//! The facts, and the voxels, piece by piece, as they lie in memory.
+//! The facts, and the voxels and organs at rest, piece by piece, as they lie in memory.
 
 use std::sync::PoisonError;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -11,18 +11,24 @@ use bus::{Bus, BusError};
 use zenoh::query::Query;
 
 use super::answers::{Told, reply};
-use crate::protocol::{FACTS, PIECE, piece};
+use super::organs::Organs;
+use crate::protocol::{FACTS, MESH, PIECE, piece};
 
 /// Between two looks for an examination.
 const LOOK: Duration = Duration::from_millis(100);
-/// A question: the hash of the examination, and the number of the piece.
+/// A question: the hash of the examination, or the id of the organs, and the number of the piece.
 const ASKED: usize = 36;
 
 /// Answers `questions` until nobody can ask any more.
-pub(super) fn serve(run: &RunContext, facts: &Told, questions: &Receiver<Query>) -> Result<(), BusError> {
+pub(super) fn serve(
+    (run, moves): (&RunContext, bool),
+    facts: &Told,
+    questions: &Receiver<Query>,
+) -> Result<(), BusError> {
     let bus = Bus::join(run)?;
     let volumes = VolumeSubscriber::open(&bus)?;
     let mut volume: Option<SharedVolume> = None;
+    let mut organs = moves.then(|| Organs::open(&bus)).transpose()?;
     loop {
         if let Some(new) = volumes.poll()? {
             // Who asks names the one that the facts told; any other is none of the run's.
@@ -30,10 +36,12 @@ pub(super) fn serve(run: &RunContext, facts: &Told, questions: &Receiver<Query>)
         }
         match questions.recv_timeout(LOOK) {
             Ok(query) if query.key_expr().as_str() == FACTS => reply(&query, told(facts)),
-            Ok(query) if query.key_expr().as_str() != PIECE => {
-                reply(&query, Err("ask so that the answer need not wait"))
+            Ok(query) if query.key_expr().as_str() == PIECE => reply(&query, part(volume.as_ref(), &query)),
+            Ok(query) if query.key_expr().as_str() == MESH => {
+                let organs = organs.as_mut().map(|organs| organs.piece(asked(&query)?));
+                reply(&query, organs.unwrap_or(Err("no organs move in this run")));
             }
-            Ok(query) => reply(&query, part(volume.as_ref(), &query)),
+            Ok(query) => reply(&query, Err("ask so that the answer need not wait")),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
@@ -51,16 +59,21 @@ fn told(facts: &Told) -> Result<Vec<u8>, &'static str> {
 /// The bytes of a piece, or why there are none.
 fn part(volume: Option<&SharedVolume>, query: &Query) -> Result<Vec<u8>, &'static str> {
     let volume = volume.ok_or("there is no examination yet")?;
-    let asked = query.payload().map(zenoh::bytes::ZBytes::to_bytes).unwrap_or_default();
-    let asked: &[u8; ASKED] = asked[..].try_into().map_err(|_| "a piece is asked for with 36 bytes")?;
-    let Some((hash, index)) = asked.split_first_chunk::<32>() else {
-        return Err("a piece is asked for with 36 bytes");
-    };
-    if *hash != volume.hash().0 {
+    let (hash, index) = asked(query)?;
+    if hash != volume.hash().0 {
         return Err("the examination is another one");
     }
-    let index = u32::from_le_bytes(index.try_into().unwrap_or_default());
     let values = volume.view().voxels;
     let range = piece(index, values.len()).ok_or("the examination has no such piece")?;
     Ok(voxel_bytes(&values[range]).to_vec())
+}
+
+/// Of what a piece is asked for, by its hash or id, and its number.
+fn asked(query: &Query) -> Result<([u8; 32], u32), &'static str> {
+    let asked = query.payload().map(zenoh::bytes::ZBytes::to_bytes).unwrap_or_default();
+    let asked: &[u8; ASKED] = asked[..].try_into().map_err(|_| "a piece is asked for with 36 bytes")?;
+    match asked.split_first_chunk::<32>() {
+        Some((of, index)) => Ok((*of, u32::from_le_bytes(index.try_into().unwrap_or_default()))),
+        None => Err("a piece is asked for with 36 bytes"),
+    }
 }

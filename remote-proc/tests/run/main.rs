@@ -12,6 +12,7 @@
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
 mod cuts;
+mod organs;
 mod pilot;
 mod refused;
 mod rig;

@@ -22,7 +22,7 @@ use tempfile::TempDir;
 
 /// Far beyond what anything takes on a busy machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
-const SCENE: &str = "[tracker]\nsource = \"external\"\n";
+const SCENE: &str = "[tracker]\nsource = \"external\"\n[tissue]\norgans = \"organs.toml\"\n";
 
 /// One at a time: each has processes and links of its own, and two cores are all there are.
 pub(crate) fn alone() -> MutexGuard<'static, ()> {

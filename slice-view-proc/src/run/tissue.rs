@@ -30,11 +30,9 @@ pub(super) struct Awaited {
 /// # Errors
 /// [`BusError::Open`].
 pub(super) fn open(process: &Process, plane: Plane) -> Result<Option<Tissue>, BusError> {
-    // No states come from another machine: its organs are at rest here, and images say so without waiting for any.
-    let is_remote = process.session.is_remote();
     let spec = process.scene.tissue.as_ref();
-    let spec = spec.filter(|_| plane != Plane::Surface && !is_remote);
-    let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec.piece_mm, clock::ns(spec.late));
+    let spec = spec.filter(|_| plane != Plane::Surface);
+    let open = |spec: &scene::TissueSpec| Tissue::open(&process.bus, spec);
     spec.map(open).transpose()
 }
 

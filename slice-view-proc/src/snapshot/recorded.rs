@@ -266,7 +266,7 @@ fn answers((recording, found): (&Path, &Recorded), volume: &OwnedVolume) -> Resu
     let Some(spec) = &found.scene.tissue else {
         return Ok(None);
     };
-    let mut answers = Answers::new(spec.piece_mm);
+    let mut answers = Answers::new(spec.piece_mm, spec.tolerance);
     if let Some((mesh, state)) = &found.tissue {
         let taken = answers.take_mesh((&mesh.0, &mesh.1), &volume.hash.0);
         let taken = taken.and_then(|()| answers.take_state(&state.0, &state.1));

@@ -21,15 +21,18 @@ struct Kept {
 #[derive(Debug)]
 pub(crate) struct Answers {
     piece_mm: f64,
+    /// To which settled states are in balance.
+    tolerance: f64,
     shapes: Option<Shapes>,
     kept: VecDeque<Kept>,
 }
 
 impl Answers {
-    /// None yet; shapes will be cut in pieces of at most `piece_mm`.
-    pub(crate) fn new(piece_mm: f64) -> Self {
+    /// None yet; shapes will be cut in pieces of at most `piece_mm`, and states are in balance to `tolerance` where they are settled.
+    pub(crate) fn new(piece_mm: f64, tolerance: f64) -> Self {
         Self {
             piece_mm,
+            tolerance,
             shapes: None,
             kept: VecDeque::with_capacity(KEPT),
         }
@@ -61,17 +64,25 @@ impl Answers {
         Ok(())
     }
 
-    /// Takes a state of the organs known.
+    /// Takes a state of the organs known. One whose certificate denies what it is called is kept as refused, so that images of its pose say so.
     ///
     /// # Errors
     /// [`NoTissue`]; without organs it is of another mesh.
     pub(crate) fn take_state(&mut self, header: &TissueHeader, values: &[f32]) -> Result<(), NoTissue> {
         let known = self.shapes.as_ref();
         let (id, nodes) = known.map_or(([0; 32], 0), |shapes| (shapes.mesh_id, shapes.nodes()));
-        let kept = kept((header, values), (&id, nodes))?;
+        let mut kept = kept((header, values), (&id, nodes))?;
+        let denied = header.certified(self.tolerance).err();
+        if let Some(why) = &denied {
+            kept = Kept {
+                header: header.because(&why.to_string()),
+                state: TissueState::Refused,
+                places: Vec::new(),
+            };
+        }
         self.kept.truncate(KEPT - 1);
         self.kept.push_front(kept);
-        Ok(())
+        denied.map_or(Ok(()), |why| Err(why.into()))
     }
 
     /// Whether a pose is answered.

@@ -32,6 +32,12 @@ fn mesh(name: &str, volume_hash: [u8; 32]) -> (TissueMeshHeader, Vec<u8>) {
     mesh.write()
 }
 
+/// States are late after 50 ms, and in balance to 1e-3.
+fn spec() -> TissueSpec {
+    let scene = scene::Scene::parse("[tissue]\norgans = \"o.toml\"", std::path::Path::new("s.toml"));
+    scene.unwrap().tissue.unwrap()
+}
+
 fn pose() -> ToolPose {
     ToolPose {
         seq: 5,
@@ -49,6 +55,7 @@ fn state(mesh_id: [u8; 32]) -> TissueHeader {
         registration_id: 9,
         mesh_id,
         state: TissueState::Settled.code(),
+        least_determinant: 0.5,
         ..TissueHeader::default()
     }
 }
@@ -62,7 +69,7 @@ fn a_state_that_comes_before_its_mesh_waits_for_it() {
     let meshes = HeadedPublisher::<TissueMeshHeader, u8>::open(&bus, &TISSUE_MESH, 4096).unwrap();
     let sent = HeadedPublisher::<TissueHeader, f32>::open(&bus, &TISSUE, 81).unwrap();
     let states = states(&bus).unwrap();
-    let mut tissue = Tissue::open(&bus, 5.0, 50_000_000).unwrap();
+    let mut tissue = Tissue::open(&bus, &spec()).unwrap();
     let (header, bytes) = mesh("kidney", HASH);
     sent.send(state(header.mesh_id), &[1.0; 81]).unwrap();
     assert_eq!(tissue.listen(&states, &HASH, 2_000).unwrap(), None);
@@ -84,7 +91,7 @@ fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
     let meshes = HeadedPublisher::<TissueMeshHeader, u8>::open(&bus, &TISSUE_MESH, 4096).unwrap();
     let sent = HeadedPublisher::<TissueHeader, f32>::open(&bus, &TISSUE, 81).unwrap();
     let states = states(&bus).unwrap();
-    let mut tissue = Tissue::open(&bus, 5.0, 50_000_000).unwrap();
+    let mut tissue = Tissue::open(&bus, &spec()).unwrap();
     let listen = |tissue: &mut Tissue| tissue.listen(&states, &HASH, 2_000).unwrap();
     // Before there is any: nothing is said of how late.
     assert_eq!(tissue.answers.shown(&pose(), Some(9_000)).late_ns, None);
@@ -152,4 +159,39 @@ fn a_state_is_taken_for_its_own_pose_mesh_and_examination_alone() {
     assert!(!tissue.answers.has(&pose()) && tissue.answers.mesh().to_be_bytes()[..] == again.mesh_id[..8]);
     drop((states, tissue, meshes, sent, bus));
     run.sweep();
+}
+
+/// An altered message was drawn as a settled state, whatever certified it.
+#[test]
+fn a_state_whose_certificate_denies_it_is_shown_as_refused_and_named() {
+    let mut answers = Answers::new(5.0, 1e-3);
+    let (header, bytes) = mesh("kidney", HASH);
+    answers.take_mesh((&header, &bytes), &HASH).unwrap();
+    let good = state(header.mesh_id);
+    for (bad, words) in [
+        (
+            TissueHeader { residual: 2e-3, ..good },
+            "residual is 0.002; 0 to 0.001 are allowed",
+        ),
+        (
+            TissueHeader {
+                least_determinant: -0.1,
+                ..good
+            },
+            "least_determinant is -0.1",
+        ),
+        (
+            TissueHeader { depth_mm: 0.5, ..good },
+            "depth_mm is 0.5; at most 0.001 mm",
+        ),
+        (TissueHeader { left_mm: 3.0, ..good }, "left_mm is 3"),
+    ] {
+        let why = answers.take_state(&bad, &[1.0; 81]).unwrap_err().to_string();
+        assert!(why.contains(words), "{why}");
+        let shown = answers.shown(&pose(), Some(9_000));
+        assert!(shown.shown == TissueShown::Refused && shown.moved.is_none() && shown.force_n.is_none());
+        assert!(shown.errors.unwrap().why().contains(words));
+    }
+    answers.take_state(&good, &[1.0; 81]).unwrap();
+    assert_eq!(answers.shown(&pose(), Some(9_000)).shown, TissueShown::Settled);
 }

@@ -18,8 +18,9 @@ const FIRST: Duration = Duration::from_secs(3);
 /// After this long without a look a person is told.
 const SILENT: Duration = Duration::from_secs(5);
 
-/// What tells one content of a file from another: when and how long, and which file it is.
-type Mark = (i64, i64, u64, u64);
+/// What tells one content of a file from another: when it was written and when it was changed, which nobody can set back, how long it is, and which
+/// file it is.
+type Mark = ([i64; 4], u64, u64);
 /// What a look found, where it is something else than before.
 type News<T> = Option<Result<T, String>>;
 
@@ -107,9 +108,13 @@ impl<T> Watched<T> {
 fn watch<T>(path: &Path, read: &impl Fn() -> Result<T, String>, sender: &Sender<News<T>>) {
     let mut last: Option<Option<Mark>> = None;
     loop {
-        let mark = fs::metadata(path)
-            .ok()
-            .map(|m| (m.mtime(), m.mtime_nsec(), m.size(), m.ino()));
+        let mark = fs::metadata(path).ok().map(|m| {
+            (
+                [m.mtime(), m.mtime_nsec(), m.ctime(), m.ctime_nsec()],
+                m.size(),
+                m.ino(),
+            )
+        });
         let other = last != Some(mark);
         last = Some(mark);
         if sender.send(other.then(read)).is_err() {

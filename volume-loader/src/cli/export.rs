@@ -29,6 +29,9 @@ pub(crate) struct ExportArgs {
     /// The file, or the folder of a DICOM series.
     #[arg(value_name = "OUT")]
     output: PathBuf,
+    /// Replaces a file of this name.
+    #[arg(long)]
+    overwrite: bool,
     /// The format, where the name of OUT does not tell.
     #[arg(long, value_enum)]
     format: Option<Format>,
@@ -110,6 +113,12 @@ pub(crate) enum RunError {
         path.display()
     )]
     Unmarked {
+        /// The path.
+        path: PathBuf,
+    },
+    /// Somebody's file.
+    #[error("{}: there is a file of this name; give another name, or --overwrite to replace it", path.display())]
+    Exists {
         /// The path.
         path: PathBuf,
     },
@@ -232,6 +241,12 @@ fn ending(path: &Path) -> String {
 /// [`RunError`]; nothing is left of the output then.
 pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let writer = Writer::new(args)?;
+    // A folder is judged by who writes into it.
+    let is_file = !matches!(writer, Writer::Dicom(..));
+    if is_file && !args.overwrite && writer.path().symlink_metadata().is_ok() {
+        let path = writer.path().to_owned();
+        return Err(RunError::Exists { path });
+    }
     let mut source = args.input.open()?;
     if source.marks().has(Marks::REGRIDDED) && !args.unmarked {
         let path = writer.path().to_owned();

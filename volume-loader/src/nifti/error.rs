@@ -96,6 +96,16 @@ pub enum HeaderError {
         /// The header's `qform_code`.
         qform: i64,
     },
+    /// The two orientations point an axis to opposite sides of the patient.
+    #[error(
+        "the sform and the qform point axis {} of the voxels to opposite sides of the patient, and programs differ in which of them they go by: find \
+         out which is right, and set the code of the other to 0",
+        ["i", "j", "k"][*axis]
+    )]
+    Sides {
+        /// The axis, from 0.
+        axis: usize,
+    },
     /// The qform's quaternion is longer than 1.
     #[error("the qform's quaternion (b, c, d) = {found:?} has norm {norm}, expected at most 1")]
     Quaternion {

@@ -28,7 +28,7 @@ pub(crate) struct Placed {
 /// Where a header puts its voxels in the patient.
 ///
 /// # Errors
-/// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`].
+/// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`], [`HeaderError::Sides`].
 pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<Placed, HeaderError> {
     let (mm, mut doubts) = mm_per_unit(fields.units)?;
     let lps_mm = |ras: Rows| Affine::from_rows(lps_from_ras(ras).map(|row| row.map(|v| v * mm)));
@@ -50,6 +50,7 @@ pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<Placed, HeaderError> {
     }
     let chosen = lps_mm(fields.srow);
     if qform > 0 {
+        opposed(chosen, ras_from_qform(fields).map(lps_mm))?;
         doubts.extend(disagreement(fields, chosen, ras_from_qform(fields).map(lps_mm)));
     }
     Ok(Placed {
@@ -121,6 +122,17 @@ fn ras_from_qform(fields: &Fields) -> Result<Rows, HeaderError> {
         let [x, y, z] = std::array::from_fn(|i| rotation[r][i] * steps[i]);
         [x, y, z, fields.qoffset[r]]
     }))
+}
+
+/// Refuses two orientations of which one turns an axis round: programs differ in which of them they go by, and so in which side is left.
+fn opposed(chosen: Affine<Ct, Voxel>, other: Result<Affine<Ct, Voxel>, HeaderError>) -> Result<(), HeaderError> {
+    // One that is not usable has no sides, and is told of.
+    let Ok(other) = other else { return Ok(()) };
+    let against = |axis: &usize| chosen.step(*axis).dot(other.step(*axis)) < 0.0;
+    match (0..3).find(against) {
+        Some(axis) => Err(HeaderError::Sides { axis }),
+        None => Ok(()),
+    }
 }
 
 fn disagreement(

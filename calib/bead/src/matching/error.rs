@@ -112,6 +112,51 @@ pub enum Refused {
         /// Greatest distance between the two places of a touched point, mm.
         apart_mm: f64,
     },
+    /// Too many touched points lie on no bead.
+    #[error(
+        "only {} of the {touched} touched points lie on beads (touched point-bead: {best}), and at most {allowed} may lie on none: these may be \
+         another person's beads, a side exchanged or the pointer's calibration wrong. Touch beads only, and leave out points that were none",
+        .best.pairs.len()
+    )]
+    FewOnBeads {
+        /// The pairing of the most.
+        best: Pairing,
+        /// Touched points.
+        touched: usize,
+        /// How many may lie on no bead.
+        allowed: usize,
+    },
+    /// A touch on no bead is plainly of one, and farther from it than the errors told.
+    #[error(
+        "touched point {} lies {distance_mm:.2} mm from bead {}, which no other touch is of: more than the errors told, and less than the \
+         {limit_mm:.2} mm from which on it is taken for a touch of something else. Touch it again; or the hand errs by more than told, or what that \
+         bead is fixed to has moved",
+        .touch + 1, .bead + 1
+    )]
+    NearBead {
+        /// The touch.
+        touch: usize,
+        /// The bead.
+        bead: usize,
+        /// How far they are apart in the registration, mm.
+        distance_mm: f64,
+        /// From where on a touch is of no bead, mm.
+        limit_mm: f64,
+    },
+    /// Anybody's touches would match as well.
+    #[error(
+        "{} touched points match (touched point-bead: {best}), and of touches of another person {by_chance:.2} such pairings with {beads} beads \
+         are to be expected, at most 0.001 are allowed: touch more beads, or leave out false ones",
+        .best.pairs.len()
+    )]
+    ByChance {
+        /// The pairing.
+        best: Pairing,
+        /// Beads.
+        beads: usize,
+        /// Pairings that are to be expected.
+        by_chance: f64,
+    },
     /// The matched points lie so nearly on a line that noise alone turns the patient about it.
     #[error(
         "the {points} matched points lie on a line to {width_mm:.3} mm (root mean square), and at least {needed_mm:.3} mm \

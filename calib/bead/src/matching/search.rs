@@ -4,7 +4,7 @@ use geometry::{Ct, Frame, Point, Rigid};
 
 use super::deviations::Deviations;
 use super::{Pairing, Refused};
-use calib::registration::{Method, Pairs, chi_squared, fit};
+use calib::registration::{Method, Pairs, chi_squared, fit, greatest_chi_squared};
 
 /// Branches before the search is given up: a second or two.
 const MAX_STEPS: usize = 1_000_000;
@@ -37,12 +37,14 @@ impl<F: Frame> Solution<F> {
     }
 }
 
-/// The greatest `sum |r|^2 / sigma^2` of `n` pairs that the errors explain: chi-squared of `3 n - 6` degrees of freedom at
-/// four normal deviations, by the cube root of Wilson and Hilferty (1931).
+/// Degrees of freedom of the residuals of `n` pairs: `3 n - 6`.
+pub(super) fn freedom(n: usize) -> u32 {
+    u32::try_from(3 * n).map_or(u32::MAX, |all| all.saturating_sub(6))
+}
+
+/// The greatest `sum |r|^2 / sigma^2` of `n` pairs that the errors explain.
 pub(super) fn most(n: usize) -> f64 {
-    let k = (3.0 * n as f64 - 6.0).max(1.0);
-    let spread = 2.0 / (9.0 * k);
-    k * (1.0 - spread + 4.0 * spread.sqrt()).powi(3)
+    greatest_chi_squared(freedom(n))
 }
 
 /// All the largest sets of pairs that the errors explain, the one of the least residuals first, and the steps it took.

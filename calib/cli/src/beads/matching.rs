@@ -17,7 +17,7 @@ use crate::live::touched_in;
 use crate::register::input::{From, Input};
 use crate::register::report;
 use crate::register::row::Row;
-use crate::register::solve::{Options, solve};
+use crate::register::solve::{Options, Told, solve};
 use crate::register::{Request, describe, judge};
 use crate::scene_context::{SceneArgs, SceneContext};
 use crate::store;
@@ -41,7 +41,9 @@ and whoever uses it with another CT is refused. With --live or --scene the resul
 [tracker.registration.gates] too, and the beads must be of the run's CT.
 
 Refused: fewer than 3 points, points on a line, two points nearer than they can be told, layouts that look alike from \
-two sides.
+two sides; more than a quarter of the touched points on no bead, a point that lies near a bead and farther off than the \
+errors told, and so few pairs that touches of somebody else would match as well (among ten beads three). Residuals that \
+show more noise than told make the errors of the result larger, and say so.
 
 Examples:
   calib match beads.json touched.txt --out registration.json
@@ -128,10 +130,11 @@ impl MatchArgs {
         let pairing = noise_text(noise, self.touch_mm.0) + &pairing_text(&matched, &read.touched);
         let ct_hash = read.beads.ct_hash.clone();
         let input = input(&matched, read);
-        let request = self.request(ct_hash, from, marker);
+        let request = self.request((ct_hash, matched.noise.sigma_mm), from, marker);
         let mut solution = solve(&input.rows, &request.options, &input.names())?;
         solution.by_pairs = matched.propagated;
         solution.noise = matched.noise;
+        solution.told = Some(Told::times(matched.noise_factor.sqrt()));
         solution.touches = noise;
         let mut file = describe(&request, &input, &solution);
         let (judged, refused) = judge(&mut file, scened.as_ref())?;
@@ -204,7 +207,7 @@ impl MatchArgs {
         })
     }
 
-    fn request(&self, ct_hash: String, from: Name, marker: Option<Name>) -> Request {
+    fn request(&self, (ct_hash, noise_mm): (String, f64), from: Name, marker: Option<Name>) -> Request {
         Request {
             input: From::Points {
                 to: self.beads.clone(),
@@ -212,7 +215,8 @@ impl MatchArgs {
             },
             allow_duplicates: false,
             options: Options {
-                noise_mm: Some(self.errors().noise().sigma_mm),
+                // What residuals show is in it already.
+                noise_mm: Some(noise_mm),
                 ..Options::default()
             },
             targets: self.target.iter().map(|target| target.0).collect(),

@@ -102,6 +102,9 @@ fn advice(refused: &Refused) -> &'static str {
             "Check that the drawing is of this marker, or widen --tolerance-mm"
         }
         Refused::Outliers { .. } => "Look for reflections and for a loose emitter, or check --sigma-mm",
+        Refused::OnePlace { .. } | Refused::Torn { .. } => {
+            "Check the numbers of these emitters, and whether a plug or the emitter was changed while recording; record again"
+        }
         Refused::Weak { .. } | Refused::NoConvergence { .. } => "Record more frames, from more sides",
         Refused::Twice { .. } | Refused::NoSuchEmitter { .. } | Refused::NotFinite { .. } => {
             "Check that frame in the file"

@@ -170,6 +170,9 @@ pub struct Noise {
     /// `F_0.95(3, nu) / F_0.95(3, inf)`, as few residuals tell little of it. `null` where it was not estimated, and in files of before.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub degrees_of_freedom: Option<u32>,
+    /// Where it was given and residuals show more: by what it was multiplied for their sake. `null` where they do not, and in files of before.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub times_told: Option<f64>,
     /// What it is made of where touches state their errors: covariance and predicted TRE then rest on those of each touch.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub touches: Option<TouchNoise>,

@@ -103,6 +103,12 @@ pub(crate) fn accuracy(text: &mut String, file: &RegistrationFile) {
             false => "given",
         };
         line!(text, "noise            {} mm per axis, {origin}", mm(noise.sigma_mm));
+        if let Some(times) = noise.times_told {
+            line!(
+                text,
+                "                 WARNING residuals show more: this is {times:.2} times the noise that was given"
+            );
+        }
         if let Some(freedom) = noise.degrees_of_freedom {
             line!(
                 text,

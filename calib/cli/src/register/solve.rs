@@ -1,8 +1,8 @@
 //! From the pairs that were read to the registration, by the options of the command line.
 
 use calib::registration::{
-    Method, Mirror, Noise, PairError, Pairs, Propagated, Refused, Registration, few_residuals_factor, fit_scaled,
-    propagated, register, register_robust, rms_at,
+    Method, Mirror, Noise, PairError, Pairs, Propagated, Refused, Registration, chi_squared, few_residuals_factor,
+    fit_scaled, greatest_chi_squared, propagated, register, register_robust, rms_at, told_noise_factor,
 };
 use geometry::{Frame, Point};
 use nalgebra::{Matrix3, Matrix6};
@@ -59,6 +59,8 @@ pub(crate) struct Solution {
     /// Of the residuals, where `noise` was estimated from them, and the noise that covariance and predictions are for: larger, as few
     /// residuals tell little of it ([`few_residuals_factor`]).
     pub(crate) estimated: Option<Estimated>,
+    /// Residuals against a noise that was told.
+    pub(crate) told: Option<Told>,
     /// The covariance where errors are known pair by pair; else it is by `noise`.
     pub(crate) by_pairs: Option<Propagated>,
     /// What the errors are made of, where touches state theirs.
@@ -74,12 +76,52 @@ pub(crate) struct Estimated {
     pub(crate) allowed: Noise,
 }
 
+/// A noise that was told, and what residuals say of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Told {
+    /// Squares of residuals over that noise, and the most that it explains.
+    chi_squared: [f64; 2],
+    /// What the deviation is multiplied by for their sake, at least 1.
+    pub(crate) times: f64,
+}
+
+impl Told {
+    /// Of residuals that were judged elsewhere.
+    pub(crate) const fn times(times: f64) -> Self {
+        Self {
+            chi_squared: [0.0, 0.0],
+            times,
+        }
+    }
+
+    fn new(chi_squared: f64, freedom: u32) -> Self {
+        Self {
+            chi_squared: [chi_squared, greatest_chi_squared(freedom)],
+            times: told_noise_factor(chi_squared, freedom).sqrt(),
+        }
+    }
+}
+
 /// Why there is no solution.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SolveError {
     /// The numerics refused.
     #[error(transparent)]
     Refused(#[from] NoRegistration),
+    /// Residuals that are not those of the noise told.
+    #[error(
+        "registering the {pairs} pairs of {files}: residuals of {fre_rms_mm:.3} mm rms are none of a noise of {noise_mm} mm along each axis \
+         (squares over it {found:.0}, at most {most:.0}): pairs may be exchanged, or points in other units or of another body; look at the \
+         residuals of the pairs with --all and without --noise-mm, tell the noise that is true, or leave outliers out with --robust"
+    )]
+    NoiseTold {
+        pairs: usize,
+        files: String,
+        fre_rms_mm: f64,
+        noise_mm: f64,
+        found: f64,
+        most: f64,
+    },
     /// The search for outliers would not end.
     #[error(
         "registering the {pairs} pairs of {files}: --robust compares all pairs with one another and takes at most \
@@ -127,7 +169,24 @@ pub(crate) fn solve(rows: &[Row], options: &Options, files: &str) -> Result<Solu
         method: method_name(options.method),
         refused,
     };
-    solved.map_err(|reason| refused(reason).into())
+    let solution = solved.map_err(refused)?;
+    match (solution.told, options.noise_mm) {
+        (
+            Some(Told {
+                chi_squared: [found, most],
+                ..
+            }),
+            Some(noise_mm),
+        ) if found > most => Err(SolveError::NoiseTold {
+            pairs: rows.len(),
+            files: files.to_owned(),
+            fre_rms_mm: solution.registration.fre_rms_mm,
+            noise_mm,
+            found,
+            most,
+        }),
+        _ => Ok(solution),
+    }
 }
 
 fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
@@ -154,7 +213,12 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
     if let Some(stated) = stated(rows).filter(|_| !options.scale) {
         let (errors, touches, noise, estimated) = of_touches(&registration, &weights, &stated, options);
         let used = Pairs::new(&to, &from)?.weighted(&weights)?;
-        let by_pairs = propagated(&registration.fit, used, &errors);
+        let told = told_of_touches(&registration, (&to, &from), (&weights, &errors), options);
+        let times = told.map_or(1.0, |told| told.times);
+        let noise = Noise {
+            sigma_mm: noise.sigma_mm * times,
+        };
+        let by_pairs = propagated(&registration.fit, used, &errors).map(|of| of.with_own_times(times * times));
         return Ok(Solution {
             scale,
             weights,
@@ -162,12 +226,13 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
             plane: registration.undecided_mirror(estimated.map_or(noise, |of| of.allowed)),
             noise,
             estimated,
+            told,
             by_pairs,
             touches: Some(touches),
             registration,
         });
     }
-    let (noise, estimated) = noise(&registration, options);
+    let (noise, estimated, told) = noise(&registration, options);
     Ok(Solution {
         scale,
         weights,
@@ -175,6 +240,7 @@ fn unexplained(rows: &[Row], options: &Options) -> Result<Solution, Refused> {
         plane: registration.undecided_mirror(estimated.map_or(noise, |of| of.allowed)),
         noise,
         estimated,
+        told,
         by_pairs: None,
         touches: None,
         registration,
@@ -268,13 +334,18 @@ fn scaled(
 }
 
 /// The noise, and what is made of it where it is estimated.
-fn noise(registration: &Registration<To, From>, options: &Options) -> (Noise, Option<Estimated>) {
-    if let Some(sigma_mm) = options.noise_mm {
-        return (Noise { sigma_mm }, None);
-    }
+fn noise(registration: &Registration<To, From>, options: &Options) -> (Noise, Option<Estimated>, Option<Told>) {
     let Noise { sigma_mm } = registration.estimated_noise();
     // The scale is a seventh parameter that was fitted.
     let freedom = registration.freedom() - u32::from(options.scale);
+    if let Some(told_mm) = options.noise_mm {
+        let squares = f64::from(registration.freedom()) * (sigma_mm / told_mm).powi(2);
+        let told = Told::new(squares, freedom);
+        let noise = Noise {
+            sigma_mm: told_mm * told.times,
+        };
+        return (noise, None, Some(told));
+    }
     let own_mm = sigma_mm * (f64::from(registration.freedom()) / f64::from(freedom)).sqrt();
     let at_least = |sigma_mm: f64| Noise {
         sigma_mm: sigma_mm.max(options.least_noise_mm.unwrap_or(0.0)),
@@ -283,7 +354,23 @@ fn noise(registration: &Registration<To, From>, options: &Options) -> (Noise, Op
     let estimated = options
         .is_estimate(allowed.sigma_mm)
         .then_some(Estimated { freedom, allowed });
-    (at_least(own_mm), estimated)
+    (at_least(own_mm), estimated, None)
+}
+
+/// The same of touches that state their errors, beside which a noise was told: by directions, and with what all share. Outliers have no part in it.
+fn told_of_touches(
+    registration: &Registration<To, From>,
+    (to, from): (&[Point<To>], &[Point<From>]),
+    (weights, errors): (&[f64], &[PairError]),
+    options: &Options,
+) -> Option<Told> {
+    options.noise_mm?;
+    let used: Vec<usize> = (0..weights.len()).filter(|pair| weights[*pair] > 0.0).collect();
+    let to: Vec<_> = used.iter().map(|pair| to[*pair]).collect();
+    let from: Vec<_> = used.iter().map(|pair| from[*pair]).collect();
+    let errors: Vec<_> = used.iter().map(|pair| errors[*pair]).collect();
+    let squares = chi_squared(&registration.fit, Pairs::new(&to, &from).ok()?, &errors)?;
+    Some(Told::new(squares, registration.freedom()))
 }
 
 impl Options {

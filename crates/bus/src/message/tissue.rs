@@ -234,6 +234,20 @@ pub enum TissueError {
         /// Three for each node.
         expected: usize,
     },
+    /// A state whose certificate says something else.
+    #[error("tissue {seq} is called {state}, and its certificate denies it: {what} is {found}; {allowed}")]
+    Denied {
+        /// The state's number.
+        seq: u64,
+        /// What it is called.
+        state: &'static str,
+        /// Which number of the certificate.
+        what: &'static str,
+        /// Its value.
+        found: f64,
+        /// What is allowed of such a state.
+        allowed: String,
+    },
     /// A coordinate that is no number, or farther than any patient.
     #[error("tissue {seq}: coordinate {at} is {found} mm; at most {most} mm are allowed")]
     Place {
@@ -247,6 +261,9 @@ pub enum TissueError {
         most: f32,
     },
 }
+
+/// No point of a settled state is deeper in the tube, nor farther off it while it presses, mm.
+pub const MOST_DEPTH_MM: f64 = 1e-3;
 
 /// No node lies farther from the mesh's origin along an axis, mm.
 const FARTHEST_MM: f32 = 1e4;
@@ -263,6 +280,17 @@ impl TissueState {
     /// The code on the wire.
     pub const fn code(self) -> u32 {
         self as u32
+    }
+
+    /// A word for errors and reports.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Settled => "settled",
+            Self::Approximate => "approximate",
+            Self::CatchingUp => "catching up",
+            Self::Refused => "refused",
+            Self::Lost => "lost",
+        }
     }
 
     /// Whether the nodes are of the pose.
@@ -328,6 +356,66 @@ impl TissueHeader {
         let (seq, found) = (self.seq, self.state);
         let state = TissueState::ALL.get(found as usize).copied();
         state.ok_or(TissueError::State { seq, found })
+    }
+
+    /// How far it came, where what certifies it does not deny that: a settled state is in balance to `tolerance`, the scene's `tissue.tolerance`, no point of it
+    /// is deeper than [`MOST_DEPTH_MM`] and nothing is inside out; a state of the pose has no way left, and one that catches up has some.
+    ///
+    /// # Errors
+    /// [`TissueError::State`], [`TissueError::Denied`]. What is no number denies what it certifies.
+    pub fn certified(&self, tolerance: f64) -> Result<TissueState, TissueError> {
+        let state = self.state_of()?;
+        let denied = |what, found, is_allowed: bool, allowed: &dyn Fn() -> String| match is_allowed {
+            true => Ok(()),
+            false => Err(TissueError::Denied {
+                seq: self.seq,
+                state: state.word(),
+                what,
+                found,
+                allowed: allowed(),
+            }),
+        };
+        let Self {
+            residual,
+            unsettled_mm,
+            depth_mm,
+            least_determinant,
+            left_mm,
+            ..
+        } = *self;
+        if state == TissueState::Settled {
+            let (rest, most) = (0.0..=tolerance, MOST_DEPTH_MM);
+            denied("residual", residual, rest.contains(&residual), &|| {
+                format!("0 to {tolerance} are allowed")
+            })?;
+            denied("depth_mm", depth_mm, depth_mm <= most, &|| {
+                format!("at most {most} mm are allowed")
+            })?;
+            // Infinite where one step more could not be made.
+            denied("unsettled_mm", unsettled_mm, unsettled_mm >= 0.0, &|| {
+                "0 mm or more are allowed".to_owned()
+            })?;
+            denied("least_determinant", least_determinant, least_determinant > 0.0, &|| {
+                "more than 0 is allowed, nothing may be inside out".to_owned()
+            })?;
+            let [x, y, z] = self.force;
+            let force = x.hypot(y).hypot(z);
+            denied("force", force, force.is_finite(), &|| "a force is a number".to_owned())?;
+        }
+        match state {
+            TissueState::Settled | TissueState::Approximate => {
+                denied("left_mm", left_mm, left_mm == 0.0, &|| {
+                    "no way is left at the pose".to_owned()
+                })?;
+            }
+            TissueState::CatchingUp => {
+                denied("left_mm", left_mm, left_mm > 0.0, &|| {
+                    "some way is left to the pose".to_owned()
+                })?;
+            }
+            TissueState::Refused | TissueState::Lost => {}
+        }
+        Ok(state)
     }
 
     /// The covariance of where the model has a place at rest, mm^2 in the CT's axes, and how much older than the state's its pose is, ns; `None` where it
@@ -406,6 +494,62 @@ mod tests {
         };
         assert!(unknown.state_of().unwrap_err().to_string().contains("state 5"));
         assert_eq!(TissueShown::from_code(7), None);
+    }
+
+    /// A state that was altered was drawn as settled, whatever its certificate said.
+    #[test]
+    fn a_state_whose_certificate_denies_it_is_none() {
+        let settled = TissueHeader {
+            state: TissueState::Settled.code(),
+            residual: 1e-3,
+            depth_mm: 1e-3,
+            unsettled_mm: f64::INFINITY,
+            least_determinant: 1e-9,
+            ..TissueHeader::default()
+        };
+        assert_eq!(settled.certified(1e-3), Ok(TissueState::Settled));
+        let set = |what: &str, value: f64| {
+            let mut header = settled;
+            *match what {
+                "residual" => &mut header.residual,
+                "depth_mm" => &mut header.depth_mm,
+                "unsettled_mm" => &mut header.unsettled_mm,
+                "least_determinant" => &mut header.least_determinant,
+                "force" => &mut header.force[1],
+                _ => &mut header.left_mm,
+            } = value;
+            header
+        };
+        for (what, values) in [
+            ("residual", [1.001e-3, -1e-9, f64::NAN]),
+            ("depth_mm", [1.001e-3, f64::INFINITY, f64::NAN]),
+            ("unsettled_mm", [-1.0, f64::NEG_INFINITY, f64::NAN]),
+            ("least_determinant", [0.0, -0.3, f64::NAN]),
+            ("force", [f64::INFINITY, f64::NEG_INFINITY, f64::NAN]),
+            ("left_mm", [1e-9, -1.0, f64::NAN]),
+        ] {
+            for value in values {
+                let header = set(what, value);
+                let why = header.certified(1e-3).unwrap_err().to_string();
+                assert!(
+                    why.contains(&format!("called settled, and its certificate denies it: {what} is")),
+                    "{why}"
+                );
+                // What claims no balance need not have one.
+                let approximate = TissueHeader {
+                    state: TissueState::Approximate.code(),
+                    ..header
+                };
+                assert_eq!(approximate.certified(1e-3).is_ok(), what != "left_mm", "{what} {value}");
+            }
+        }
+        let catching = |left_mm| TissueHeader {
+            state: TissueState::CatchingUp.code(),
+            left_mm,
+            ..TissueHeader::default()
+        };
+        assert_eq!(catching(0.1).certified(1e-3), Ok(TissueState::CatchingUp));
+        assert!(catching(0.0).certified(1e-3).is_err() && catching(f64::NAN).certified(1e-3).is_err());
     }
 
     #[test]

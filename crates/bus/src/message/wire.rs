@@ -6,7 +6,7 @@
 use bytemuck::Pod;
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::{Event, Guide, Identity, MarkerFrame, ToolPose, VolumeHeader, Workflow};
+use super::{Event, Guide, Identity, MarkerFrame, TissueHeader, TissueMeshHeader, ToolPose, VolumeHeader, Workflow};
 
 /// A message that may leave the machine. It has no padding, so that every bit of it is told.
 pub trait Wire: ZeroCopySend + Pod {
@@ -50,6 +50,27 @@ pub fn voxels_from(bytes: &[u8], voxels: &mut [i16]) -> Result<(), WireError> {
     Ok(())
 }
 
+/// Coordinates of a state's nodes as bytes.
+pub fn node_bytes(nodes: &[f32]) -> &[u8] {
+    bytemuck::cast_slice(nodes)
+}
+
+/// The coordinates that `bytes` are.
+///
+/// # Errors
+/// [`WireError`] where the last is cut.
+pub fn nodes_from(bytes: &[u8]) -> Result<Vec<f32>, WireError> {
+    let (whole, rest) = bytes.as_chunks::<4>();
+    if !rest.is_empty() {
+        return Err(WireError {
+            message: "coordinates",
+            expected: size_of_val(whole) + 4,
+            found: bytes.len(),
+        });
+    }
+    Ok(whole.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect())
+}
+
 /// Bytes that are no message of the kind that was expected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{found} bytes are no {message}, which has {expected}")]
@@ -72,6 +93,8 @@ impl Wire for Identity {}
 impl Wire for Event {}
 impl Wire for MarkerFrame {}
 impl Wire for VolumeHeader {}
+impl Wire for TissueHeader {}
+impl Wire for TissueMeshHeader {}
 
 #[cfg(test)]
 mod tests {
@@ -101,5 +124,15 @@ mod tests {
         assert_eq!(back, [-32_768, 0, 32_767]);
         let error = voxels_from(&[0; 5], &mut back).unwrap_err();
         assert_eq!((error.found, error.expected, back[0]), (5, 6, -32_768));
+    }
+
+    #[test]
+    fn coordinates_come_back_bit_for_bit_and_a_cut_one_is_refused() {
+        let nodes = [1.5, -0.0, f32::MIN_POSITIVE, f32::from_bits(0x7fc0_1234)];
+        let bits = |nodes: &[f32]| nodes.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&nodes_from(node_bytes(&nodes)).unwrap()), bits(&nodes));
+        assert_eq!(nodes_from(&[]), Ok(Vec::new()));
+        let error = nodes_from(&[0; 7]).unwrap_err();
+        assert_eq!((error.found, error.expected), (7, 8));
     }
 }

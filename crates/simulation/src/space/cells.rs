@@ -12,6 +12,7 @@
 mod build;
 mod curved;
 mod denser;
+mod eighths;
 mod elements;
 mod field;
 mod fill;

@@ -54,8 +54,9 @@ pub trait Solid: std::fmt::Debug + Send + Sync {
     /// The least determinant of the deformation gradient at the points looked at. Zero or less: turned inside out.
     fn least_determinant(&self, a: &[f64]) -> f64;
 
-    /// True where the determinant of the deformation gradient is proved to be above zero, between the points looked at too, in all parts of it for which
-    /// `near(where their middle is, their side)` holds. By default nothing is proved.
+    /// True where the determinant of the deformation gradient is above zero between the points looked at too, in all parts of it for which
+    /// `near(where their middle is, their side)` holds: proved of whole parts; of parts that a surface cuts, at more places, those of the surface among them.
+    /// By default nothing is proved, and this false.
     fn is_upright(&self, _a: &[f64], _near: &dyn Fn(&Vector3<f64>, f64) -> bool) -> bool {
         false
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use simulation::law::Law;
-use simulation::space::cells::{Ball, Mesh, Settings};
+use simulation::space::cells::{Ball, Mesh, Plane, Settings};
 use simulation::space::law::Material;
 use simulation::space::solid::{Deformable, Solid};
 
@@ -81,4 +81,29 @@ fn no_place_inside_a_ball_is_below_the_bound() {
         now() - start
     );
     assert!(lower <= reached && reached <= least && least > 0.0);
+}
+
+/// Tissue that ends at a height of 4 in cubes of 10, all of it moved by `-k (z - 2)^2` along z, so that `det F = 1 - 2 k (z - 2)`.
+#[test]
+fn a_fold_between_the_points_of_a_cut_cube_is_not_upright_and_one_outside_of_the_tissue_is() {
+    let top = Plane {
+        point: Vector3::new(0.0, 0.0, 4.0),
+        normal: Vector3::z(),
+    };
+    let corners = [Vector3::new(-10.0, -10.0, -10.0), Vector3::new(10.0, 10.0, 10.0)];
+    let solid = solid(Mesh::new(&top, corners, &Settings::of_side(10.0), &|_, _| false).unwrap());
+    let moved = |k: f64| -> Vec<f64> {
+        let nodes = solid.mesh().nodes.iter();
+        nodes.flat_map(|x| [0.0, 0.0, -k * (x.z - 2.0).powi(2)]).collect()
+    };
+    // Below zero above 3.85: in tissue, and above all points of elements, of which the highest lies at 3.72.
+    let folded = moved(0.27);
+    let at_points = solid.least_determinant(&folded);
+    assert!(at_points > 0.05, "{at_points}");
+    assert!(!solid.is_upright(&folded, &|_, _| true));
+    // Where nobody asks, nothing is said.
+    assert!(solid.is_upright(&folded, &|_, _| false));
+    // Below zero above 7: in the cut cube, outside of the tissue.
+    let beyond = moved(0.1);
+    assert!(solid.is_upright(&beyond, &|_, _| true) && solid.bounded_determinant(&beyond).0 < 0.0);
 }

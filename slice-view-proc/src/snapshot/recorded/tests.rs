@@ -71,9 +71,11 @@ fn read(_: &Path, at: At<'_>) -> Result<Recorded, Box<dyn std::error::Error + Se
         registration_id: 9,
         mesh_id: mesh.mesh_id,
         state: TissueState::Settled.code(),
+        least_determinant: 0.5,
         ..TissueHeader::default()
     };
     match case {
+        "inside out" => header.least_determinant = -0.5,
         "no number" => nodes[7] = f32::NAN,
         "short" => nodes.truncate(80),
         "other mesh" => header.mesh_id = [4; 32],
@@ -150,6 +152,13 @@ fn what_is_no_state_of_this_examination_leaves_no_picture_and_no_state_one_that_
         ("short", ["80 coordinates; the mesh has 81", "pose 5"]),
         ("other mesh", ["of mesh 04040404; that in use is", "pose 5"]),
         ("no such state", ["state 17; known are 0 to 4", "pose 5"]),
+        (
+            "inside out",
+            [
+                "called settled, and its certificate denies it: least_determinant is -0.5",
+                "pose 5",
+            ],
+        ),
         ("other examination", ["of another examination", "pose 5"]),
         ("other volume", ["was recorded in examination abab", "--volume PATH"]),
         ("no choice", ["what was chosen at pose 5", "target"]),

@@ -145,6 +145,33 @@ fn disagreeing_orientations_are_told() {
     assert_eq!(corner(&hand.bytes, 0.0, 0.0, 0.0), [0.0; 3]);
 }
 
+/// A qform that is the mirror image of the sform was told as "a corner 200 mm elsewhere": other programs take it, and the other side for left.
+#[test]
+fn orientations_that_point_to_opposite_sides_are_refused() {
+    let refused = |change: &dyn Fn(&mut Hand)| {
+        let mut hand = Hand::counted(false);
+        hand.i16(252, 1);
+        change(&mut hand);
+        open_bytes(&hand.bytes).map(drop).unwrap_err().to_string()
+    };
+    let mirrored = refused(&|hand| {
+        hand.f32(76, -1.0);
+    });
+    assert!(
+        mirrored.contains("point axis k of the voxels to opposite sides"),
+        "{mirrored}"
+    );
+    // A half turn about the third axis.
+    let turned = refused(&|hand| {
+        hand.f32(264, 1.0);
+    });
+    assert!(turned.contains("point axis i of"), "{turned}");
+    // A quarter turn points nothing to the other side.
+    let mut hand = Hand::counted(false);
+    hand.i16(252, 1).f32(264, 0.6);
+    assert!(open_bytes(&hand.bytes).unwrap().facts().warnings[0].contains("elsewhere"));
+}
+
 #[test]
 fn extensions_are_passed_over() {
     let mut hand = Hand::new(false);

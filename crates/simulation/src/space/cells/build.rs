@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::eighths::Eighths;
 use super::elements::elements;
 use super::field::Field;
 use super::fill::fill;
@@ -51,7 +52,12 @@ impl Mesh {
         // How full cubes are decides which nodes are free, and these what elements are.
         let parts: Vec<f64> = filled.cells.iter().map(|f| f.fill).collect();
         let ties = Ties::new(&grid, settings.order, &parts, settings.least_fill)?;
+        let inside = filled.cells.iter().map(|f| {
+            let low = grid.corners(&f.cell)[0];
+            (!f.whole).then(|| Eighths::of(field, &low, grid.length(f.cell.span)))
+        });
         let mut mesh = Self {
+            inside: inside.collect(),
             nodes: ties.free.iter().map(|at| grid.place(*at)).collect(),
             elements: Vec::new(),
             tables: Vec::new(),

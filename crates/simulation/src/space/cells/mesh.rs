@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::eighths::Eighths;
 use super::grid::{Cell, Grid};
 use super::parts::{Element, SurfacePoint, VolumePoint};
 use super::ties::Ties;
@@ -25,6 +26,8 @@ pub struct Mesh {
     /// Points inside, cube by cube.
     pub(super) points: Vec<VolumePoint>,
     pub(super) dilatation: Dilatation,
+    /// Where cubes that the surface cuts hold some of the region.
+    pub(super) inside: Vec<Option<Eighths>>,
     /// Volume in cubes that hold too little to count.
     pub(super) left_out: f64,
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::eighths::Eighths;
 use super::grid::Cell;
 use super::mesh::Mesh;
 use super::parts::{SurfacePoint, VolumePoint};
@@ -91,6 +92,23 @@ impl Mesh {
             .zip(held)
             .map(|(all, held)| held >= (1.0 - 1e-6) * all)
             .collect()
+    }
+
+    /// Where a cube that the surface cuts holds some of the region; `None` of a whole one.
+    pub(in crate::space) fn inside(&self, cube: usize) -> Option<&Eighths> {
+        self.inside[cube].as_ref()
+    }
+
+    /// Of each cube the points of the surface in it, in the cube's own places from -1 to 1 along each axis.
+    pub(in crate::space) fn surface_by_cube(&self) -> Vec<Vec<[f64; 3]>> {
+        let mut all = vec![Vec::new(); self.cells.len()];
+        for point in &self.surface {
+            let cube = point.cell as usize;
+            let [low, high] = self.grid.corners(&self.cells[cube]);
+            let place = (point.at - low).component_div(&(high - low)) * 2.0;
+            all[cube].push(place.add_scalar(-1.0).into());
+        }
+        all
     }
 
     /// Where the middle of a cube is moved to.

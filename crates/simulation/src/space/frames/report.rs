@@ -7,7 +7,8 @@ use crate::space::term::TubeForce;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum State {
     /// Forces balance within the tolerance and no point is deeper than allowed, at the pose asked for; and no solid is turned inside out: at the points of
-    /// all elements, and proved everywhere in cubes whose middle is within two of their sides of the tube.
+    /// all elements; and in cubes whose middle is within two of their sides of the tube everywhere, as is proved of whole ones, or, in those that the surface
+    /// cuts, at the points of the surface and on a grid inside of an eighth of the side, between which nothing is proved.
     Settled,
     /// At the pose asked for, but forces do not balance, or points are too deep, within the steps of a frame, or the determinant of the deformation
     /// gradient is not proved to be above zero.

@@ -221,7 +221,7 @@ impl Frames {
         })
     }
 
-    /// Whether solids are certainly not turned inside out near the tube, between the points of elements neither.
+    /// Whether solids are not turned inside out near the tube, between the points of elements neither: see [`super::State::Settled`].
     pub(super) fn is_upright(&self) -> bool {
         let (bodies, tube) = (&self.system.bodies, &self.now.tube);
         // What is no number is deeper than any: nothing is proved there.

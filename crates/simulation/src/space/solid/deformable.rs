@@ -28,6 +28,8 @@ pub struct Deformable {
     side: f64,
     /// Of each cube whether the surface leaves it alone.
     whole: Vec<bool>,
+    /// Of each cube the points of the surface in it, from -1 to 1 along each axis.
+    surface: Vec<Vec<[f64; 3]>>,
 }
 
 impl Deformable {
@@ -48,13 +50,14 @@ impl Deformable {
             weights: forces,
             rows: mesh.surface.iter().map(|p| mesh.surface_row(p)).collect(),
             sums: Sums::new(&mesh),
+            surface: mesh.surface_by_cube(),
+            whole: mesh.whole_cubes(),
             extent: (high - low).max(),
             side: mesh
                 .grid()
                 .cells()
                 .map(|c| mesh.grid().length(c.span))
                 .fold(0.0, f64::max),
-            whole: mesh.whole_cubes(),
             mesh,
             material,
         })
@@ -203,10 +206,18 @@ impl Solid for Deformable {
         let mut cubes = self.mesh.cubes().iter().enumerate();
         cubes.all(|(number, cell)| {
             let side = self.mesh.grid().length(cell.span);
-            // What of a cut cube is outside need not be upright, and often is not: hardly any material holds it. There points stand alone.
-            !self.whole[number]
-                || !near(&self.mesh.middle(number, a), side)
-                || determinant::is_positive(&self.mesh.nodal(number, a), side, NEAR, CUT_DEPTH)
+            if !near(&self.mesh.middle(number, a), side) {
+                return true;
+            }
+            let u = self.mesh.nodal(number, a);
+            match self.mesh.inside(number).filter(|_| !self.whole[number]) {
+                None => determinant::is_positive(&u, side, NEAR, CUT_DEPTH),
+                // What of a cut cube is outside need not be upright, and often is not, hard by the surface: hardly any material holds it. So no bound serves.
+                Some(inside) => {
+                    let places = inside.middles().chain(self.surface[number].iter().copied());
+                    determinant::is_positive_at(&u, side, places)
+                }
+            }
         })
     }
 
