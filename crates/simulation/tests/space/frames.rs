@@ -8,6 +8,7 @@ mod refused;
 mod rest;
 mod slope;
 mod still;
+mod unproved;
 mod unsettled;
 mod yielding;
 
