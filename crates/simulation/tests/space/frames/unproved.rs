@@ -104,9 +104,7 @@ fn pushed(rigid: &Rigid) -> [(Unproved, [f64; 2]); 2] {
             }
         }
     });
-    let found = [framed, settled].map(|found| found.expect("it goes 30 mm down, by far more than there is room for"));
-    println!("{found:?}");
-    found
+    [framed, settled].map(|found| found.expect("it goes 30 mm down, by far more than there is room for"))
 }
 
 /// How much nearer a push of half a millimetre can come, with as much again for gaps that are stretched, mm.
