@@ -108,6 +108,7 @@ fn apart(bundle: &Bundle, least_mm: f64) -> Result<(), Refused> {
     let placed = bundle.emitters.iter().enumerate();
     let placed: Vec<_> = placed.filter_map(|(i, at)| Some((i, (*at)?))).collect();
     for (k, (second, at)) in placed.iter().enumerate() {
+        // Each pair once.
         let near = placed[..k].iter().find(|(_, other)| other.distance(*at) < least_mm);
         if let Some((first, other)) = near {
             return Err(Refused::OnePlace {
@@ -126,6 +127,7 @@ fn whole(bundle: &Bundle) -> Result<(), Refused> {
     for (emitter, kept) in bundle.residuals.iter().enumerate() {
         let Some(kept) = kept else { continue };
         let rejected = bundle.rejected.iter().filter(|r| r.emitter == emitter).count();
+        // Of few sightings one or two outliers are a third, and no sign of another place.
         let sightings = kept.sightings + rejected;
         if rejected >= 3 && 3 * rejected > sightings {
             return Err(Refused::Torn {

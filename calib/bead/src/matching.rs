@@ -171,6 +171,7 @@ pub fn match_stated<F: Frame>(
             apart_mm: apart(best, other, touched),
         });
     }
+    // why: three pairs can be found by chance in any two sets, and a person who touches beads does not miss most of them.
     let allowed = touched.len() / 4;
     if touched.len() - best.count > allowed {
         return Err(Refused::FewOnBeads {
@@ -219,6 +220,7 @@ fn registered<F: Frame>(
     let (to, from): (Vec<_>, Vec<_>) = best.pairs().map(|(i, j)| (beads[i], touched[j])).unzip();
     // What was paired may be fewer points than were touched, and in a worse shape.
     spread::check(&from, sigmas.largest_mm())?;
+    // By the ball that residuals were allowed, not by what they came to: others would be taken as well.
     let radius_mm = sigmas.largest_mm() * search::most(best.count).sqrt();
     let by_chance = chance::expected(&from, touched.len(), beads, radius_mm);
     if by_chance > MOST_BY_CHANCE {
@@ -231,6 +233,7 @@ fn registered<F: Frame>(
     let pairs = Pairs::new(&to, &from)?;
     let registration = register(pairs, Method::default())?;
     let errors = sigmas.of_pairs(best.pairs().map(|(_, j)| j));
+    // What residuals show is in the error, as far as it may be accepted at all.
     let noise_factor = told_noise_factor(best.chi_squared, search::freedom(best.count));
     let told = sigmas.noise(errors.as_deref());
     Ok(Matched {

@@ -1,8 +1,7 @@
 //! Why the base was not found, or the tool's place in it.
 
-use super::feature::Feature;
+use super::feature::{Feature, OneSide};
 use super::free_motion::FreeMotion;
-use super::means::OneSide;
 
 /// Features by group, in the order of the groups.
 fn named(features: &[Feature]) -> String {

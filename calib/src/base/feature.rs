@@ -40,3 +40,14 @@ impl fmt::Display for Feature {
         }
     }
 }
+
+/// A feature off which its touches lie as a whole.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OneSide {
+    /// Which.
+    pub feature: Feature,
+    /// Its touches that were kept.
+    pub touches: usize,
+    /// How far their mean lies off it, mm.
+    pub off_mm: f64,
+}

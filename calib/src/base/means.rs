@@ -3,6 +3,7 @@
 use geometry::Frame;
 use geometry::motion::Pose;
 
+use super::feature::OneSide;
 use super::solve::HeldTouch;
 use super::{Feature, Group, Refused};
 use crate::registration::greatest_chi_squared;
@@ -11,17 +12,6 @@ use crate::registration::greatest_chi_squared;
 const MEANS_FREE: u32 = 2;
 /// A base is made to its drawing to a deviation of so much, mm.
 const MADE_MM: f64 = 0.05;
-
-/// A feature off which its touches lie as a whole.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OneSide {
-    /// Which.
-    pub feature: Feature,
-    /// Its touches that were kept.
-    pub touches: usize,
-    /// How far their mean lies off it, mm.
-    pub off_mm: f64,
-}
 
 /// Refuses features whose touches lie to one side of them. The fit spreads what one is off over all of them, so that their means are judged together.
 pub(super) fn even<F: Frame>(
@@ -39,6 +29,7 @@ pub(super) fn even<F: Frame>(
         let told_mm = sigma_mm * (touches.iter().map(told).sum::<f64>() / touches.len() as f64).sqrt();
         // why: what touches share moves them all alike, and no number of them makes it less.
         let shared_mm = group.shared.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        // By their own scatter where that is more: it knows nothing of what moves them all.
         let own_mm = told_mm.max(scatter_mm) / (touches.len() as f64).sqrt();
         let squares = off_mm.powi(2) / (own_mm.powi(2) + shared_mm.powi(2) + MADE_MM.powi(2));
         sum += squares;
@@ -78,6 +69,7 @@ fn one_side(touches: &[HeldTouch], pose: &Pose) -> Option<(f64, f64)> {
         .collect();
     let (n, axes) = (residuals.len() as f64, touches.first()?.hold.count as f64);
     let mean: [f64; 2] = std::array::from_fn(|k| residuals.iter().map(|x| x[k]).sum::<f64>() / n);
+    // What a groove's slope adds to the scatter makes the judgement milder, never stricter.
     let about = |x: &[f64; 2]| (x[0] - mean[0]).powi(2) + (x[1] - mean[1]).powi(2);
     let scatter = residuals.iter().map(about).sum::<f64>() / (axes * (n - 1.0));
     (n > 1.0).then(|| (mean[0].hypot(mean[1]), scatter.sqrt()))

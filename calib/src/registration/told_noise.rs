@@ -12,6 +12,7 @@ pub fn greatest_chi_squared(freedom: u32) -> f64 {
 /// over it where that may be chance, and where it is none at 95 % also what few residuals leave open of it ([`few_residuals_factor`]).
 pub fn told_noise_factor(chi_squared: f64, freedom: u32) -> f64 {
     let shown = chi_squared / f64::from(freedom.max(1));
+    // Beyond what one in twenty shows by chance the noise told is no longer believed, and few residuals are all there is.
     let is_chance = chi_squared <= quantile(freedom, 1.645);
     match is_chance {
         true => shown.max(1.0),
@@ -20,6 +21,7 @@ pub fn told_noise_factor(chi_squared: f64, freedom: u32) -> f64 {
 }
 
 fn quantile(freedom: u32, deviations: f64) -> f64 {
+    // The cube root of chi-squared over its freedom is nearly normal.
     let k = f64::from(freedom.max(1));
     let spread = 2.0 / (9.0 * k);
     k * (1.0 - spread + deviations * spread.sqrt()).powi(3)

@@ -30,13 +30,16 @@ pub(super) fn expected<To: Frame, From: Frame>(
     radius_mm: f64,
 ) -> f64 {
     let n = paired.len();
+    // About their centres: a motion's shift is integrated over all places.
     let (arms, beads_mm) = (centred(paired), centred(beads));
     let spread = scatter(&beads_mm) / beads.len() as f64;
     let floor = LEAST_THICKNESS * LEAST_THICKNESS * spread.trace() / 3.0 + radius_mm * radius_mm / n as f64;
+    // Beads are known to the residuals' size at best, and no density is sharper.
     let spread = spread + Matrix3::identity() * floor;
     let Some(inverse) = spread.try_inverse() else {
         return f64::INFINITY;
     };
+    // How far residuals move with a turn: the volume that a turn sweeps.
     let own = scatter(&arms);
     let inertia = Matrix3::identity() * own.trace() - own;
     // why: in logarithms, as sixty factors of some 1e-6 are no number.
@@ -72,6 +75,7 @@ fn ln_ball(dimension: usize, radius: f64) -> f64 {
 
 /// The logarithm of the mean of `exp(-1/2 sum y^T R^T L^-1 R y)` over rotations that lie evenly.
 fn ln_mean(arms: &[Vector3<f64>], inverse: &Matrix3<f64>) -> f64 {
+    // The sum over the arms is a trace of their scatter, so that many touches cost no more than three.
     let own = scatter(arms);
     let exponents: Vec<f64> = (0..ROTATIONS)
         .map(|k| {
@@ -79,12 +83,14 @@ fn ln_mean(arms: &[Vector3<f64>], inverse: &Matrix3<f64>) -> f64 {
             -0.5 * (r * own * r.transpose() * inverse).trace()
         })
         .collect();
+    // The greatest is taken off first: all may be below what a number holds.
     let most = exponents.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     most + (exponents.iter().map(|x| (x - most).exp()).sum::<f64>() / f64::from(ROTATIONS)).ln()
 }
 
 /// The k-th of rotations that fill all evenly (Shoemake 1992, by Halton's numbers).
 fn rotation(k: u32) -> Matrix3<f64> {
+    // From the first on: Halton's zeroth point is the corner of all three.
     let [u, v, w] = [2, 3, 5].map(|base| halton(k + 1, base));
     let (a, b) = ((1.0 - u).sqrt(), u.sqrt());
     let ((s1, c1), (s2, c2)) = ((TAU * v).sin_cos(), (TAU * w).sin_cos());
@@ -104,6 +110,7 @@ fn halton(mut k: u32, base: u32) -> f64 {
 
 /// The logarithm of `C(N, n) M! / (M - n)!`.
 fn ln_pairings(touches: usize, beads: usize, n: usize) -> f64 {
+    // Where more are paired than there are, nothing is left to choose from; such sets do not come.
     let falling = |from: usize| (0..n).map(|k| (from.saturating_sub(k).max(1) as f64).ln()).sum::<f64>();
     falling(touches) + falling(beads) - falling(n)
 }

@@ -79,6 +79,7 @@ impl LevelSet {
         let (Some(low), Some(high)) = (bound(Vector3::inf), bound(Vector3::sup)) else {
             return Err(NoSurface::Empty);
         };
+        // why: a point within reach may be nearest to a part that lies a ball's width farther on.
         let far = reach + BEYOND * radius;
         let corners = [low.add_scalar(-far), high.add_scalar(far)];
         if !corners.iter().flatten().all(|x| x.is_finite()) || far <= 0.0 {
@@ -86,6 +87,7 @@ impl LevelSet {
             return Err(NoSurface::Box { low, high });
         }
         let organ = Tree::new(organ.to_vec());
+        // By its middle and half its diagonal: no part of a box that is passed over is within reach.
         let is_wanted = |low: &Vector3<f64>, high: &Vector3<f64>| {
             let within = far + 0.5 * (high - low).norm();
             organ.apart_within(&(0.5 * (low + high)), within) < within
@@ -99,12 +101,14 @@ impl LevelSet {
             radius,
             looked: None,
         };
+        // Asked of the whole set: whether the ball fits depends on all parts around.
         set.looked = Some(Arc::new(set.looked(&organ, reach, &parts)));
         Ok(set)
     }
 
     /// Which of its parts the ball does not fit behind. Those that no point within reach comes to are not asked: what is behind them may not be known.
     fn looked(&self, organ: &Tree, reach: f64, parts: &[cover::Part]) -> Looked {
+        // why: a part stands for what lies as far from its foot as the cover; nearer to the organ than that it may still come.
         let most = reach + self.cover;
         let near = |part: &&cover::Part| organ.apart_within(&part.foot, most) < most;
         let thin = parts.iter().filter(near).filter(|part| !self.holds_ball(&part.foot));
@@ -114,6 +118,7 @@ impl LevelSet {
             edges.push(part.foot);
             let apart = organ.apart_within(&part.foot, most);
             let area = part.area(&foot::unit(&self.field.slope(&part.foot)));
+            // Told together: the area of all, and the place of the one that is nearest.
             let before = left_out.unwrap_or(LeftOut {
                 area: 0.0,
                 apart: f64::INFINITY,
