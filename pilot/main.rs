@@ -26,5 +26,13 @@ fn main() -> std::process::ExitCode {
                 is_in_its_frame: set.is_in_its_frame,
             }))
         },
+        structure_set_bytes: |examination, points| {
+            let named = |(name, ct_mm): &(String, [f64; 3])| volume_loader::NamedPoint {
+                name: name.clone(),
+                ct_mm: *ct_mm,
+            };
+            let points: Vec<_> = points.iter().map(named).collect();
+            Ok(volume_loader::structure_set_bytes(examination, &points)?)
+        },
     })
 }

@@ -253,7 +253,7 @@ fn real_examinations_have_the_hu_and_places_that_other_readers_find() {
     for (kind, set, options, voxels) in sets {
         let (input, output) = (data.join(set), world.path("ours.nrrd"));
         let (input, output) = (input.to_str().unwrap(), output.to_str().unwrap());
-        tool(&world, &[&["export", input, output], options].concat());
+        tool(&world, &[&["export", input, output, "--overwrite"], options].concat());
         let seen = script(&python, "check_volumes.py", &[kind, input, output]);
         assert_eq!(
             (&seen["differ"], &seen["missing"]),
@@ -316,7 +316,7 @@ fn an_enhanced_ct_has_the_hu_and_places_that_other_readers_find() {
         let set = data.join(set);
         let arguments = [set.to_str().unwrap(), file, "explicit", "none", seed];
         script(&python, "write_enhanced_ct.py", &arguments);
-        tool(&world, &["export", file, output]);
+        tool(&world, &["export", file, output, "--overwrite"]);
         let seen = script(&python, "check_volumes.py", &[reader, file, output]);
         assert_eq!((&seen["differ"], &seen["missing"]), (&0.into(), &0.into()), "{seen}");
         assert_eq!(seen["voxels"], voxels, "{seen}");

@@ -1,7 +1,7 @@
 """Holds Trocar's NRRD and MetaImage files against SimpleITK and pynrrd, both ways.
 
 Usage: check_formats.py CONVERT FOLDER
-Needs: SimpleITK, pynrrd, numpy. CONVERT is volume-loader, called as CONVERT export IN OUT [--compress]; FOLDER is an empty folder.
+Needs: SimpleITK, pynrrd, numpy. CONVERT is volume-loader, called as CONVERT export IN OUT --overwrite [--compress]; FOLDER is an empty folder.
 Prints one JSON object: files (how many were compared), voxels_wrong (of all files together), world_mm (the greatest
 distance of a corner of one file's voxels from where it was written).
 
@@ -86,7 +86,7 @@ def write_with_pynrrd(picture, path, space, signs, **options):
 
 
 def convert(program, source, target, *flags):
-    subprocess.run([program, "export", source, target, *flags], check=True, stderr=subprocess.DEVNULL)
+    subprocess.run([program, "export", source, target, "--overwrite", *flags], check=True, stderr=subprocess.DEVNULL)
     return target
 
 

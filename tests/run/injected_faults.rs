@@ -35,6 +35,19 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// One call: its name, and which of its kind.
 type Point = (String, u32);
 
+/// Copies a program by another process: what this one writes itself its children of other tests may hold open, and until they are other
+/// programs the system refuses to start it (ETXTBSY).
+fn copied(from: &Path, to: &Path) {
+    assert!(
+        Command::new("cp")
+            .arg("-p")
+            .args([from, to])
+            .status()
+            .unwrap()
+            .success()
+    );
+}
+
 /// The programs in a folder of their own, where strace stands before those that are killed.
 struct Theatre {
     folder: PathBuf,
@@ -46,7 +59,7 @@ impl Theatre {
         fs::create_dir(&folder).unwrap();
         let real = |program: &str| PathBuf::from(world.command(program).get_program());
         // A program looks for its siblings where it lies itself, whatever link led there.
-        fs::copy(real("pilot"), folder.join("pilot")).unwrap();
+        copied(&real("pilot"), &folder.join("pilot"));
         for (program, _) in KINDS {
             let script = format!(
                 "#!/bin/sh\n# The first start after the file was written is traced as it says.\n\
@@ -58,8 +71,10 @@ impl Theatre {
                 folder = folder.display(),
                 real = real(program).display(),
             );
-            fs::write(folder.join(program), script).unwrap();
-            fs::set_permissions(folder.join(program), fs::Permissions::from_mode(0o700)).unwrap();
+            let written = folder.join("script");
+            fs::write(&written, script).unwrap();
+            fs::set_permissions(&written, fs::Permissions::from_mode(0o700)).unwrap();
+            copied(&written, &folder.join(program));
         }
         for program in ["calib", "simulate"] {
             symlink(real(program), folder.join(program)).unwrap();

@@ -9,7 +9,7 @@
 //! series and gives its voxels. Element headers are read by dicom-rs; lengths are judged here, before anything is
 //! allocated. DICOM's patient axes are LPS and mm already.
 
-mod alike;
+pub(crate) mod alike;
 mod codec;
 pub(crate) mod element;
 pub(crate) mod error;

@@ -5,14 +5,14 @@
 //! intercept 0. The place of each slice is in ImagePositionPatient alone, so that a tilted gantry's shear stays exact; no
 //! slice is resampled. The same volume gives the same files, byte for byte, identifiers included.
 
-mod ds;
+pub(crate) mod ds;
 mod error;
 mod folder;
 mod header;
 mod numbering;
-mod placement;
+pub(crate) mod placement;
 mod rle;
-mod uid;
+pub(crate) mod uid;
 mod writer;
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 pub mod cli;
 pub mod dicom;
+mod dicom_derived;
 pub mod dicom_out;
 mod error;
 mod fill;
@@ -30,6 +31,7 @@ mod stream;
 mod voxels;
 mod write;
 
+pub use dicom_derived::{DerivedError, structure_set_bytes};
 pub use error::LoadError;
 pub use fill::{Filled, fill};
 pub use load::names::{LabelNamesError, label_names};

@@ -37,6 +37,7 @@ Examples:
   pilot plan plan.json --volume ct --labels organs.nii.gz --error-mm 2   how far the ways stay from each structure
   pilot plan plan.json --volume ct --import targets.mrk.json         targets and entries from 3D Slicer (docs/exchange.md)
   pilot plan plan.json --volume ct --export targets.mrk.json         and back to it
+  pilot plan plan.json --volume ct --export targets.dcm              and to a planning system, as a DICOM structure set
   pilot plan plan.json --volume ct --confirm \"Dr. A\"                 read-only from now on
 
 Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something speaks against the plan.";
@@ -54,6 +55,8 @@ pub struct Hands {
     pub label_names: fn(&Path) -> Read<LabelNames>,
     /// Reads the points of a structure set of an examination; `None` of what is no such file.
     pub structure_set: fn(&Path, &VolumeSpec) -> Read<Option<StructureSet>>,
+    /// These points, by name and place, LPS mm, as a structure set of an examination: a whole file.
+    pub structure_set_bytes: fn(&VolumeSpec, &[(String, [f64; 3])]) -> Read<Vec<u8>>,
     /// Looks at the organs of a scene as the process does that moves them, at its start: in words, what was made of them.
     pub organs: fn(&Scene, Depth) -> Read<Option<String>>,
 }
@@ -176,7 +179,10 @@ impl PlanArgs {
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
         let safety = measured.as_ref().map(|measured| measured.safety(&plan)).transpose()?;
-        let export = self.edits.points.prepare(&plan)?;
+        let export = self
+            .edits
+            .points
+            .prepare(&plan, &|points| (hands.structure_set_bytes)(&scene.volume, points))?;
         // A plan with nothing in it is written by nobody's wish.
         if store.plan().is_some() || plan != Plan::new(plan.volume) {
             store.save(&plan)?;

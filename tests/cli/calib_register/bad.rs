@@ -143,9 +143,9 @@ fn bad_files_are_refused_by_name() {
 #[test]
 fn sets_without_an_answer_are_refused_with_their_singular_values() {
     let world = World::new();
-    let line = "0,0,0,5,0,-7\n1,1,0,6,1,-7\n2,2,0,7,2,-7\n3,3,0,8,3,-7\n";
-    let mirror = "1,0,0,-1,0,0\n-1,0,0,1,0,0\n0,1,0,0,-1,0\n0,-1,0,0,1,0\n0,0,1,0,0,-1\n0,0,-1,0,0,1\n";
-    let point = "1,2,3,5,0,-7\n1,2,3,6,1,-7\n1,2,3,7,2,-7\n";
+    let line = "0,0,0,5,0,-7\n10,10,0,15,10,-7\n20,20,0,25,20,-7\n30,30,0,35,30,-7\n";
+    let mirror = "10,0,0,-10,0,0\n-10,0,0,10,0,0\n0,10,0,0,-10,0\n0,-10,0,0,10,0\n0,0,10,0,0,-10\n0,0,-10,0,0,10\n";
+    let point = "1,2,3,5,0,-7\n1,2,3,15,10,-7\n1,2,3,25,20,-7\n";
     for (rows, words) in [
         (
             "0,0,0,5,0,-7\n60,0,0,5,60,-7\n",
@@ -171,8 +171,8 @@ fn sets_without_an_answer_are_refused_with_their_singular_values() {
         &format!(
             "{HEADER}\n{}",
             mirror
-                .replace("0,0,1,0,0,-1", "0,0,3,0,0,-3")
-                .replace("0,1,0,0,-1,0", "0,2,0,0,-2,0")
+                .replace("0,0,10,0,0,-10", "0,0,30,0,0,-30")
+                .replace("0,10,0,0,-10,0", "0,20,0,0,-20,0")
         ),
     );
     let (report, file) = registered(&world, &["--pairs", uneven.to_str().unwrap()]);

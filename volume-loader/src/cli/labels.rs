@@ -3,11 +3,14 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use bus::volume::{OwnedVolume, VolumeView};
 use clap::Args;
+use geometry::VolumeGrid;
 use guidance::safety::{GridMatch, LabelNames, MapError, Structures};
 use scene::{VolumeSource, VolumeSpec};
 use serde_json::json;
 
+use crate::dicom_derived::{Context, DerivedError, segmentation};
 use crate::load::names::{LabelNamesError, label_names};
 use crate::load::{labels_in, open, open_labels};
 use crate::nrrd::{self, Segment};
@@ -18,10 +21,12 @@ use crate::{LoadError, WriteError, WriteOptions};
 #[command(after_help = "Examples:\n  \
     volume-loader labels organs.dcm --of series/\n  \
     volume-loader labels organs.dcm --of series/ --out organs.seg.nrrd\n  \
+    volume-loader labels organs.seg.nrrd --of series/ --out organs.dcm\n  \
     volume-loader labels organs.nii.gz --json\n\n\
     A label map is a DICOM segmentation (BINARY, LABELMAP, or FRACTIONAL without a voxel in between), or a volume of whole numbers (NIfTI, \
     NRRD, MetaImage) with names in its header or beside it. A DICOM segmentation is refused where its frame of reference is not that of \
-    --of. The file of --out is read by 3D Slicer with the names, and by a scene as `[plan] labels`.")]
+    --of. The file of --out is read by 3D Slicer with the names, and by a scene as `[plan] labels`. One that ends in .dcm is a DICOM \
+    segmentation (BINARY) of --of, a DICOM series whose voxels those of the map must lie on; segments count from 1 there without a gap.")]
 pub(crate) struct LabelsArgs {
     /// The label map.
     #[arg(value_name = "IN")]
@@ -32,7 +37,7 @@ pub(crate) struct LabelsArgs {
     /// Which series of a folder it is, from 1.
     #[arg(long, value_name = "N", requires = "of", value_parser = clap::value_parser!(u32).range(1..))]
     series: Option<u32>,
-    /// Writes the labels with their names as NRRD (.seg.nrrd, .nrrd).
+    /// Writes the labels with their names as NRRD (.seg.nrrd, .nrrd), or as a segmentation of --of (.dcm).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Replace the file of --out if it exists.
@@ -75,6 +80,28 @@ pub(crate) enum LabelsError {
     /// The file was not written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The segmentation was not written.
+    #[error("{}: not written: {source}", path.display())]
+    Derived {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: DerivedError,
+    },
+    /// Of what the segmentation would be is not said.
+    #[error("{}: a DICOM segmentation is of a series; name it by --of", path.display())]
+    OfWhat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file would say that the map is of the examination, and that is not known.
+    #[error("{}: not written: a segmentation says that it is of the series, and {lies}", path.display())]
+    Elsewhere {
+        /// The file.
+        path: PathBuf,
+        /// How the map lies.
+        lies: GridMatch,
+    },
     /// The list was not put into JSON.
     #[error("the structures as JSON: {0}")]
     Json(#[from] serde_json::Error),
@@ -92,10 +119,12 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
         bus::stderr_line!("volume-loader: warning: {}: {warning}", args.path.display());
     }
     let volume = labels_in(source)?;
+    let mut place = None;
     if let Some(examination) = &examination {
         // Opened, so that a name that leads nowhere is no comparison.
         let ct = *open(examination, phantom::DEFAULT_SEED)?.grid();
         let lies = GridMatch::of(&volume.grid, &ct).known(is_in_its_frame);
+        place = Some((examination, ct, lies));
         let frame = match is_in_its_frame {
             true => "it is in the frame of reference of the examination",
             false => "its frame of reference could not be compared with the examination's",
@@ -117,8 +146,12 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
                 extent: one.extent(),
             })
             .collect();
-        let (mut source, _) = open_labels(&args.path, examination.as_ref(), 1)?;
-        nrrd::write_labels(out, source.as_mut(), WriteOptions { compress: true }, &segments)?;
+        if is_dicom(out) {
+            write_segmentation(out, &volume, place, &segments)?;
+        } else {
+            let (mut source, _) = open_labels(&args.path, examination.as_ref(), 1)?;
+            nrrd::write_labels(out, source.as_mut(), WriteOptions { compress: true }, &segments)?;
+        }
         bus::stderr_line!("volume-loader: wrote {}: {} structures", out.display(), segments.len());
     }
     let words = match args.json {
@@ -127,6 +160,42 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
     };
     // Where nobody reads it any more, there is nobody to tell.
     let _ = writeln!(io::stdout(), "{words}");
+    Ok(())
+}
+
+fn is_dicom(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("dcm"))
+}
+
+/// Writes a segmentation of the examination, on whose voxels the map must lie: its places would be said to be in its frame of reference.
+fn write_segmentation(
+    out: &Path,
+    volume: &OwnedVolume,
+    place: Option<(&VolumeSpec, VolumeGrid, GridMatch)>,
+    segments: &[Segment],
+) -> Result<(), LabelsError> {
+    let path = || out.to_owned();
+    let (examination, ct, lies) = place.ok_or_else(|| LabelsError::OfWhat { path: path() })?;
+    if lies.is_doubtful() {
+        return Err(LabelsError::Elsewhere { path: path(), lies });
+    }
+    // The series' own numbers, where the map has them to the digits that its format holds.
+    let grid = if lies == GridMatch::Same { ct } else { volume.grid };
+    let map = VolumeView {
+        grid: &grid,
+        ..volume.view()
+    };
+    let context = Context::of(examination);
+    let written = context.and_then(|context| segmentation::write(out, &map, volume.hash, &context, segments));
+    written.map_err(|source| LabelsError::Derived { path: path(), source })?;
+    for (number, segment) in (1..).zip(segments).filter(|(number, segment)| *number != segment.label) {
+        let label = segment.label;
+        bus::stderr_line!(
+            "volume-loader: {}: label {label} is segment {number} there, as segments count from 1 without a gap",
+            out.display()
+        );
+    }
     Ok(())
 }
 

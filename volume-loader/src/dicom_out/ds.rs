@@ -4,7 +4,7 @@
 const LENGTH: usize = 16;
 
 /// `value` with as many digits as 16 characters hold; a magnitude that fixed digits do not hold is written with an exponent.
-pub(super) fn decimal_string(value: f64) -> String {
+pub(crate) fn decimal_string(value: f64) -> String {
     // One digit and the point are the least in front of the decimals.
     for decimals in (0..=LENGTH - 2).rev() {
         let text = format!("{value:.decimals$}");
@@ -26,7 +26,7 @@ fn plain(text: &str) -> &str {
 }
 
 /// Values of one element, between backslashes.
-pub(super) fn decimal_strings<const N: usize>(values: [f64; N]) -> String {
+pub(crate) fn decimal_strings<const N: usize>(values: [f64; N]) -> String {
     values.map(decimal_string).join("\\")
 }
 

@@ -15,7 +15,7 @@ const MAX_SIDEWAYS: f64 = 1e-4;
 
 /// What is the same for all slices, and where each one lies.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Placement {
+pub(crate) struct Placement {
     grid: VolumeGrid,
     /// Cosines of the rows' direction, and of the columns': ImageOrientationPatient.
     pub orientation: [f64; 6],
@@ -33,7 +33,7 @@ impl Placement {
     ///
     /// # Errors
     /// [`ExportError::Slanted`], [`ExportError::TooFar`].
-    pub(super) fn new(grid: &VolumeGrid, path: &Path) -> Result<Self, ExportError> {
+    pub(crate) fn new(grid: &VolumeGrid, path: &Path) -> Result<Self, ExportError> {
         let slanted = |degrees| ExportError::Slanted {
             path: path.to_owned(),
             degrees,
@@ -58,7 +58,7 @@ impl Placement {
     }
 
     /// The middle of slice `k`'s first voxel: ImagePositionPatient, mm LPS.
-    pub(super) fn position_mm(&self, k: u32) -> [f64; 3] {
+    pub(crate) fn position_mm(&self, k: u32) -> [f64; 3] {
         (self.grid.ct_from_voxel() * Point::new(0.0, 0.0, f64::from(k))).mm()
     }
 

@@ -68,14 +68,19 @@ impl Identifiers {
         if which == Which::Instance {
             hasher.update(&k.to_le_bytes());
         }
-        let mut bytes = [0; 16];
-        hasher.finalize_xof().fill(&mut bytes);
-        // RFC 9562: version 8, variant 10. The first bit makes every number one of 39 digits.
-        bytes[0] |= 0x80;
-        bytes[6] = bytes[6] & 0x0f | 0x80;
-        bytes[8] = bytes[8] & 0x3f | 0x80;
-        format!("2.25.{}", u128::from_be_bytes(bytes))
+        of_hash(&hasher)
     }
+}
+
+/// The identifier of what was hashed: a UUID of RFC 9562, version 8, variant 10.
+pub(crate) fn of_hash(hasher: &blake3::Hasher) -> String {
+    let mut bytes = [0; 16];
+    hasher.finalize_xof().fill(&mut bytes);
+    // The first bit makes every number one of 39 digits.
+    bytes[0] |= 0x80;
+    bytes[6] = bytes[6] & 0x0f | 0x80;
+    bytes[8] = bytes[8] & 0x3f | 0x80;
+    format!("2.25.{}", u128::from_be_bytes(bytes))
 }
 
 /// Where the stand-ins are in `header`, or `None` where they are not there as often as they must be.

@@ -104,7 +104,8 @@ impl Input {
                 values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
             };
             let extent_mm = along(0).hypot(along(1)).hypot(along(2));
-            if extent_mm < LEAST_EXTENT_MM {
+            // Points that coincide are of no unit: the method says what they lack.
+            if extent_mm > 0.0 && extent_mm < LEAST_EXTENT_MM {
                 return Err(InputError::TooSmall {
                     files: self.names(),
                     side,

@@ -1,4 +1,4 @@
-//! Targets and entries from files of 3D Slicer into a plan, and out of it.
+//! Targets and entries from files of 3D Slicer and from DICOM structure sets into a plan, and out of it.
 
 use std::fs;
 use std::io;
@@ -27,7 +27,8 @@ pub(crate) struct PointsArgs {
     /// The unit of the imported files: m, or mm though everything lies within 2 mm of the origin [default: mm]
     #[arg(long, value_name = "mm|m", requires = "import")]
     unit: Option<LengthUnit>,
-    /// Writes the targets and entries into such a file, the kind by its ending.
+    /// Writes the targets and entries into such a file, the kind by its ending; .dcm is a structure set of the examination, which
+    /// must be DICOM too.
     #[arg(long, value_name = "FILE")]
     export: Option<PathBuf>,
     /// Replace the exported file if it exists.
@@ -53,10 +54,12 @@ pub(crate) enum FileError {
     },
     #[error("{path}: places in DICOM are LPS and mm; leave --frame and --unit out")]
     Told { path: PathBuf },
+    #[error("{path}: found no structure set of DICOM, expected one by its name. Nothing was written")]
+    NotASet { path: PathBuf },
     #[error("{path}: none of its {others} regions of interest is a point. Nothing was written")]
     NoPoint { path: PathBuf, others: usize },
     #[error(
-        "{path}: the kind of file is told by its ending; .mrk.json and .fcsv are known, and structure sets of DICOM"
+        "{path}: the kind of file is told by its ending; .mrk.json and .fcsv are known, and structure sets of DICOM (.dcm)"
     )]
     Ending { path: PathBuf },
     #[error("writing {path}: there is a file of this name; give another name, or --overwrite to replace it")]
@@ -78,25 +81,40 @@ pub(crate) enum FileError {
     Rename { path: PathBuf, source: io::Error },
     #[error("writing {path}: {source}")]
     Unwritable { path: PathBuf, source: Box<FcsvError> },
+    #[error("writing {path}: {source}. Nothing was written")]
+    NotDerived {
+        path: PathBuf,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
 /// Reads a structure set of the examination that is planned on; `None` of what is none.
 pub(super) type ReadStructureSet<'a> = &'a dyn Fn(&Path) -> super::Read<Option<StructureSet>>;
 
-/// The two kinds of files.
+/// Points by name and place, LPS mm, as a structure set of the examination that is planned on.
+pub(super) type StructureSetBytes<'a> = &'a dyn Fn(&[(String, [f64; 3])]) -> super::Read<Vec<u8>>;
+
+/// The kinds of files that are told by their ending.
 enum Format {
     Markups,
     Fcsv,
+    /// Written by this ending; read whatever its name is.
+    Dicom,
 }
 
 impl Format {
     fn of(path: &Path) -> Result<Self, FileError> {
         let name = path.to_string_lossy().to_ascii_lowercase();
-        match (name.ends_with(".mrk.json"), name.ends_with(".fcsv")) {
-            (true, _) => Ok(Self::Markups),
-            (_, true) => Ok(Self::Fcsv),
-            _ => Err(FileError::Ending { path: path.to_owned() }),
-        }
+        let formats = [
+            (".mrk.json", Self::Markups),
+            (".fcsv", Self::Fcsv),
+            (".dcm", Self::Dicom),
+        ];
+        let format = formats.into_iter().find(|(ending, _)| name.ends_with(ending));
+        format.map_or_else(
+            || Err(FileError::Ending { path: path.to_owned() }),
+            |(_, format)| Ok(format),
+        )
     }
 }
 
@@ -164,14 +182,18 @@ impl PointsArgs {
 
     /// The export, where one is asked for, all of it on the disk but not yet under its name: so a disk that is full is known before the
     /// plan is written.
-    pub(super) fn prepare(&self, plan: &Plan) -> Result<Option<Export>, FileError> {
-        let Some((path, text)) = self.text(plan)? else {
+    pub(super) fn prepare(
+        &self,
+        plan: &Plan,
+        structure_set: StructureSetBytes<'_>,
+    ) -> Result<Option<Export>, FileError> {
+        let Some((path, bytes)) = self.bytes(plan, structure_set)? else {
             return Ok(None);
         };
         let write = || {
             // Names may tell who the patient is.
             let mut part = Part::lock(&path, 0o600)?;
-            part.write(text.as_bytes())?;
+            part.write(&bytes)?;
             Ok(part)
         };
         match write() {
@@ -180,29 +202,42 @@ impl PointsArgs {
         }
     }
 
-    /// The text of the export, where one is asked for.
-    fn text(&self, plan: &Plan) -> Result<Option<(PathBuf, String)>, FileError> {
+    /// What is exported, where that is asked for.
+    fn bytes(
+        &self,
+        plan: &Plan,
+        structure_set: StructureSetBytes<'_>,
+    ) -> Result<Option<(PathBuf, Vec<u8>)>, FileError> {
         let Some(path) = &self.export else { return Ok(None) };
         let owned = || path.to_owned();
         let markups = points_of(&plan.targets).map_err(|source| FileError::Points {
             path: owned(),
             source: Box::new(source),
         })?;
-        let text = match Format::of(path)? {
+        let bytes = match Format::of(path)? {
             Format::Markups => {
                 let left_out_keys = Vec::new();
-                markups::write(&Markups { markups, left_out_keys }, PatientAxes::Lps)
+                markups::write(&Markups { markups, left_out_keys }, PatientAxes::Lps).into_bytes()
+            }
+            Format::Dicom => {
+                let points = markups.iter().flat_map(|markup| &markup.points);
+                let points: Vec<_> = points.map(|point| (point.label.clone(), point.position.mm())).collect();
+                bus::stderr_line!(
+                    "pilot: {}: diameters and stop distances are not in it, as a point of DICOM has none",
+                    path.display()
+                );
+                structure_set(&points).map_err(|source| FileError::NotDerived { path: owned(), source })?
             }
             Format::Fcsv => {
                 let points = markups.into_iter().flat_map(|markup| markup.points).collect();
                 let left_out = Vec::new();
                 // As readers that do not look at the head take it.
-                fcsv::write(&Fiducials { points, left_out }, PatientAxes::Ras).map_err(|source| {
-                    FileError::Unwritable {
+                fcsv::write(&Fiducials { points, left_out }, PatientAxes::Ras)
+                    .map_err(|source| FileError::Unwritable {
                         path: owned(),
                         source: Box::new(source),
-                    }
-                })?
+                    })?
+                    .into_bytes()
             }
         };
         let measures = plan.measures.len();
@@ -212,7 +247,7 @@ impl PointsArgs {
                 path.display()
             );
         }
-        Ok(Some((path.clone(), text)))
+        Ok(Some((path.clone(), bytes)))
     }
 }
 
@@ -235,6 +270,7 @@ fn read(path: &Path, said: Said) -> Result<Markups, FileError> {
     let format = Format::of(path)?;
     let text = |most: usize| read_text(path, most as u64).map_err(|source| FileError::Open { path: owned(), source });
     match format {
+        Format::Dicom => Err(FileError::NotASet { path: owned() }),
         Format::Markups => {
             let text = text(markups::MAX_BYTES)?;
             let file = markups::read(text.as_bytes(), said);
