@@ -19,6 +19,7 @@ mod calib_sweep;
 #[path = "check/organs.rs"]
 mod check_organs;
 mod configs;
+#[path = "volume/derived.rs"]
 mod derived;
 mod help;
 mod labels;

@@ -5,6 +5,7 @@
 //! intercept 0. The place of each slice is in ImagePositionPatient alone, so that a tilted gantry's shear stays exact; no
 //! slice is resampled. The same volume gives the same files, byte for byte, identifiers included.
 
+pub(crate) mod derived;
 pub(crate) mod ds;
 mod error;
 mod folder;

@@ -5,7 +5,6 @@
 
 pub mod cli;
 pub mod dicom;
-mod dicom_derived;
 pub mod dicom_out;
 mod error;
 mod fill;
@@ -31,7 +30,7 @@ mod stream;
 mod voxels;
 mod write;
 
-pub use dicom_derived::{DerivedError, structure_set_bytes};
+pub use dicom_out::derived::{DerivedError, structure_set_bytes};
 pub use error::LoadError;
 pub use fill::{Filled, fill};
 pub use load::names::{LabelNamesError, label_names};

@@ -10,7 +10,7 @@ use guidance::safety::{GridMatch, LabelNames, MapError, Structures};
 use scene::{VolumeSource, VolumeSpec};
 use serde_json::json;
 
-use crate::dicom_derived::{Context, DerivedError, segmentation};
+use crate::dicom_out::derived::{Context, DerivedError, segmentation};
 use crate::load::names::{LabelNamesError, label_names};
 use crate::load::{labels_in, open, open_labels};
 use crate::nrrd::{self, Segment};
