@@ -86,7 +86,7 @@ pub(crate) enum LabelsError {
         /// The file.
         path: PathBuf,
         /// Why.
-        source: DerivedError,
+        source: Box<DerivedError>,
     },
     /// Of what the segmentation would be is not said.
     #[error("{}: a DICOM segmentation is of a series; name it by --of", path.display())]
@@ -188,7 +188,10 @@ fn write_segmentation(
     };
     let context = Context::of(examination);
     let written = context.and_then(|context| segmentation::write(out, &map, volume.hash, &context, segments));
-    written.map_err(|source| LabelsError::Derived { path: path(), source })?;
+    written.map_err(|source| LabelsError::Derived {
+        path: path(),
+        source: Box::new(source),
+    })?;
     for (number, segment) in (1..).zip(segments).filter(|(number, segment)| *number != segment.label) {
         let label = segment.label;
         bus::stderr_line!(
