@@ -44,6 +44,9 @@ Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something sp
 
 type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
+/// A point: its name, and where it is, LPS mm.
+pub type NamedPlace = (String, [f64; 3]);
+
 /// Who reads volumes and moves organs: handed in by the binary, as this crate knows no formats of them and no model.
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
@@ -56,7 +59,7 @@ pub struct Hands {
     /// Reads the points of a structure set of an examination; `None` of what is no such file.
     pub structure_set: fn(&Path, &VolumeSpec) -> Read<Option<StructureSet>>,
     /// These points, by name and place, LPS mm, as a structure set of an examination: a whole file.
-    pub structure_set_bytes: fn(&VolumeSpec, &[(String, [f64; 3])]) -> Read<Vec<u8>>,
+    pub structure_set_bytes: fn(&VolumeSpec, &[NamedPlace]) -> Read<Vec<u8>>,
     /// Looks at the organs of a scene as the process does that moves them, at its start: in words, what was made of them.
     pub organs: fn(&Scene, Depth) -> Read<Option<String>>,
 }
@@ -65,7 +68,7 @@ pub struct Hands {
 #[derive(Debug, Clone, PartialEq)]
 pub struct StructureSet {
     /// Their names, and where they are: LPS, mm.
-    pub points: Vec<(String, [f64; 3])>,
+    pub points: Vec<NamedPlace>,
     /// The names of regions of interest that are no points.
     pub others: Vec<String>,
     /// Whether the file says to be in the frame of reference of the examination.

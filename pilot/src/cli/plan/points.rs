@@ -92,7 +92,7 @@ pub(crate) enum FileError {
 pub(super) type ReadStructureSet<'a> = &'a dyn Fn(&Path) -> super::Read<Option<StructureSet>>;
 
 /// Points by name and place, LPS mm, as a structure set of the examination that is planned on.
-pub(super) type StructureSetBytes<'a> = &'a dyn Fn(&[(String, [f64; 3])]) -> super::Read<Vec<u8>>;
+pub(super) type StructureSetBytes<'a> = &'a dyn Fn(&[super::NamedPlace]) -> super::Read<Vec<u8>>;
 
 /// The kinds of files that are told by their ending.
 enum Format {
