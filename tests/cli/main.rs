@@ -19,6 +19,8 @@ mod calib_sweep;
 #[path = "check/organs.rs"]
 mod check_organs;
 mod configs;
+#[path = "localizer/decode.rs"]
+mod decode;
 mod derived;
 mod help;
 mod labels;
