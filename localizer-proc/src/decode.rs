@@ -319,8 +319,9 @@ mod tests {
             tools: vec![transform(1, 10.0), transform(2, 20.0)],
             ..ndi::Polled::default()
         };
-        for bits in asked_for(ReplyOption::OF_BX) {
-            let text = ReplyOption(bits.0 & ReplyOption::OF_TX);
+        let is_asked = |bits: &u16| bits & !ReplyOption::OF_BX == 0 && bits & ReplyOption::TRANSFORMS != 0;
+        for bits in (0..=ReplyOption::OF_BX).filter(is_asked) {
+            let (bits, text) = (ReplyOption(bits), ReplyOption(bits & ReplyOption::OF_TX));
             let bytes = [
                 ndi::binary_reply(&ndi::bx_body(&polled, bits)),
                 ndi::text_reply(&ndi::tx_text(&polled, text)),
