@@ -175,24 +175,55 @@ fn replies<W: Write>(path: &Path, print: &mut Print<'_, W>) -> Result<(), Decode
     Ok(())
 }
 
-/// A binary reply does not say what it answers: it is read as BX2, and where it is none as BX with what it may hold.
+/// A reply does not say what it answers: a binary one is read as BX2, and where it is none as BX; a text that is no other answer as TX.
 fn fields(reply: Reply<'_>) -> Result<NdiFields, ndi::Malformed> {
     match reply {
-        Reply::Text(text) => Ok(ndi::Answer::of(text).fields()),
+        Reply::Text(text) => Ok(match ndi::Answer::of(text) {
+            ndi::Answer::Words(words) => of_tx(&words).unwrap_or_else(|| ndi::Answer::Words(words).fields()),
+            answer => answer.fields(),
+        }),
         Reply::Binary(body) => match ndi::parse_bx2(body) {
             Ok(reply) => Ok(reply.fields()),
-            Err(malformed) => {
-                let options = [
-                    ReplyOption::TRANSFORMS,
-                    ReplyOption::TRANSFORMS | ReplyOption::OUT_OF_VOLUME,
-                ];
-                let read = options
-                    .into_iter()
-                    .find_map(|bits| ndi::parse_bx(body, ReplyOption(bits)).ok());
-                read.map(|reply| reply.fields("BX")).ok_or(malformed)
-            }
+            Err(malformed) => of_bx(body).ok_or_else(|| match body.starts_with(&BX2_VERSION) {
+                true => malformed,
+                false => not_bx(body).unwrap_or(malformed),
+            }),
         },
     }
+}
+
+/// How the body of a reply to BX2 begins.
+const BX2_VERSION: [u8; 2] = [1, 0];
+
+fn of_bx(body: &[u8]) -> Option<NdiFields> {
+    asked_for(ReplyOption::OF_BX)
+        .find_map(|options| ndi::parse_bx(body, options).ok())
+        .map(|reply| reply.fields("BX"))
+}
+
+/// What is wrong with it as a reply to the question that is asked most.
+fn not_bx(body: &[u8]) -> Option<ndi::Malformed> {
+    ndi::parse_bx(body, ReplyOption(ReplyOption::TRANSFORMS)).err()
+}
+
+/// Of no tool it is as good as any other text.
+fn of_tx(text: &str) -> Option<NdiFields> {
+    asked_for(ReplyOption::OF_TX)
+        .find_map(|options| ndi::parse_tx(text, options).ok())
+        .filter(|reply| !reply.tools.is_empty())
+        .map(|reply| reply.fields("TX"))
+}
+
+/// What a poll may have asked for of `all` besides transforms, the shortest first. Of one tool alone BX has its markers where those of no tool
+/// stand: they are taken for the tool's.
+fn asked_for(all: u16) -> impl Iterator<Item = ReplyOption> {
+    let has_transforms = |bits: &u16| bits & ReplyOption::TRANSFORMS != 0;
+    let mut asked: Vec<u16> = (0..=all)
+        .filter(|bits| bits & !all == 0)
+        .filter(has_transforms)
+        .collect();
+    asked.sort_by_key(|bits| bits.count_ones());
+    asked.into_iter().map(ReplyOption)
 }
 
 #[cfg(test)]
@@ -269,6 +300,52 @@ mod tests {
             text.starts_with("reply 1, from byte 0\n") && text.contains("refused 2, from byte 9\n"),
             "{text}"
         );
+    }
+
+    /// A reply of every kind, which says neither what it answers nor what was asked for.
+    #[test]
+    fn replies_to_each_poll_are_told_with_their_fields_whatever_was_asked_for() {
+        let transform = |handle: u8, x: f64| ndi::PolledTool {
+            transform: Some(ndi::Transform {
+                q: [1.0, 0.0, 0.0, 0.0],
+                t_mm: [x, 2.0, -1500.0],
+                error_mm: 0.5,
+            }),
+            port: Some(ndi::status::PortStatus(0x31)),
+            frame: Some(77),
+            ..ndi::PolledTool::new(ndi::Handle(handle.into()), ndi::status::HandleStatus::VALID)
+        };
+        let polled = ndi::Polled {
+            tools: vec![transform(1, 10.0), transform(2, 20.0)],
+            ..ndi::Polled::default()
+        };
+        let is_asked = |bits: &u16| bits & !ReplyOption::OF_BX == 0 && bits & ReplyOption::TRANSFORMS != 0;
+        for bits in (0..=ReplyOption::OF_BX).filter(is_asked) {
+            let (bits, text) = (ReplyOption(bits), ReplyOption(bits & ReplyOption::OF_TX));
+            let bytes = [
+                ndi::binary_reply(&ndi::bx_body(&polled, bits)),
+                ndi::text_reply(&ndi::tx_text(&polled, text)),
+            ]
+            .concat();
+            let (result, printed) = printed(&bytes, Options { ndi: true, ..TEXT });
+            assert_eq!(result, Ok(()), "{bits:?}: {printed}");
+            let found = |words: &str| printed.matches(words).count();
+            assert_eq!(
+                (found("reply: BX\n"), found("reply: TX\n")),
+                (1, 1),
+                "{bits:?}: {printed}"
+            );
+            assert_eq!(
+                (found("mm: 10 2 -1500\n"), found("mm: 20 2 -1500\n")),
+                (2, 2),
+                "{bits:?}: {printed}"
+            );
+        }
+        // What is neither is refused as what it looks like.
+        for (body, of) in [(&[1_u8, 0, 9][..], "of: BX2"), (&[2, 1, 1], "of: BX\n")] {
+            let (result, text) = printed(&ndi::binary_reply(body), Options { ndi: true, ..TEXT });
+            assert!(result.is_err() && text.contains(of), "{text}");
+        }
     }
 
     #[test]

@@ -20,6 +20,8 @@ mod calib_sweep;
 mod check_organs;
 mod configs;
 #[path = "volume/derived.rs"]
+#[path = "localizer/decode.rs"]
+mod decode;
 mod derived;
 mod help;
 mod labels;

@@ -6,8 +6,8 @@ use igtl::{Body, Message};
 
 use crate::peers;
 use crate::poses::assert_rows;
-use crate::proxy::{Fault, through};
 use crate::rig::{Raw, Rig};
+use crate::support::proxy::{Fault, through};
 
 const PACE: Duration = Duration::from_millis(4);
 
@@ -30,10 +30,10 @@ fn what_comes_late_in_bytes_or_after_a_stall_is_what_was_published() {
     let mut seq = 0;
     for fault in [
         Fault::Delay(Duration::from_millis(60)),
-        Fault::Bytes,
+        Fault::BytesOfBoth,
         // In a header, and in a body.
-        Fault::Stall(500, Duration::from_millis(300)),
-        Fault::Stall(1111, Duration::from_millis(300)),
+        Fault::StallBehind(500, Duration::from_millis(300)),
+        Fault::StallBehind(1111, Duration::from_millis(300)),
     ] {
         let address = through(fault, rig.address);
         let queries = ["listen", "120", "GET_STATUS", "GET_CAPABIL"];
@@ -51,7 +51,7 @@ fn what_comes_late_in_bytes_or_after_a_stall_is_what_was_published() {
 fn pyigtl_takes_what_was_published_late_and_in_bytes() {
     let rig = Rig::new();
     let mut seq = 0;
-    for fault in [Fault::Delay(Duration::from_millis(60)), Fault::Bytes] {
+    for fault in [Fault::Delay(Duration::from_millis(60)), Fault::BytesOfBoth] {
         let address = through(fault, rig.address);
         let Some(mut child) = peers::python(address, &["two", "20"]) else {
             return;
@@ -87,7 +87,7 @@ fn a_connection_that_is_cut_at_any_byte_ends_with_whole_messages() {
     rig.pose(0);
     let mut seq = 1;
     for at in 0..320 {
-        let mut client = Raw::dial(through(Fault::Cut(at), rig.address));
+        let mut client = Raw::dial(through(Fault::CutBehind(at), rig.address));
         let (mut bytes, mut last) = (0, None);
         // The end comes once so many bytes were sent: statuses and poses go on.
         while let Some(message) = client.next_while(|| {
@@ -111,7 +111,7 @@ fn a_cxx_client_that_is_cut_off_has_read_nothing_that_was_not_published() {
     let rig = Rig::new();
     let mut seq = 0;
     for at in [1, 57, 58, 59, 100, 3000, 3031, 3062, 3093, 3124] {
-        let address = through(Fault::Cut(at), rig.address);
+        let address = through(Fault::CutBehind(at), rig.address);
         let mut child = peers::start(peer, address, &["listen", "500"]);
         seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
         let output = child.wait_with_output().unwrap();
@@ -128,7 +128,7 @@ fn a_cxx_client_that_is_cut_off_has_read_nothing_that_was_not_published() {
 #[test]
 fn a_connection_that_falls_silent_half_open_is_closed_alone() {
     let rig = Rig::new();
-    let mut lost = Raw::dial(through(Fault::HalfOpen(1000), rig.address));
+    let mut lost = Raw::dial(through(Fault::SilentBehind(1000), rig.address));
     let mut other = rig.client();
     rig.wait_for_note(|note| note.contains("2 clients"));
     let mut seq = 0;

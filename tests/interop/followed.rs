@@ -119,9 +119,27 @@ fn until(watch: &Watch, what: &str, count: usize, wanted: impl Fn(&MarkerFrame) 
     });
 }
 
-/// Messages of TRANSFORM, by their headers.
 fn is_any(_: &[u8]) -> bool {
     true
+}
+
+/// Poses come through a network that gives single bytes, delays, stalls, and cuts each `step`th byte of a piece.
+fn follows_through(network: &Proxy, watch: &Watch, step: usize) {
+    until(watch, "poses", 20, is_whole);
+    for fault in [Fault::Bytes, Fault::Delay(Duration::from_millis(30))] {
+        network.set(fault);
+        until(watch, "poses through it", 60, is_whole);
+    }
+    network.set(Fault::Stall);
+    until(watch, "the end of a silent connection", 1, is_disconnected);
+    network.set(Fault::None);
+    until(watch, "poses after it", 5, is_whole);
+    // In the header, in the body and between two messages.
+    for at in (0..=106).step_by(step) {
+        network.set(Fault::Cut(at, is_any));
+        until(watch, "the end of a cut connection", 1, is_disconnected);
+        until(watch, "poses after it", 2, is_whole);
+    }
 }
 
 #[test]
@@ -130,21 +148,7 @@ fn transforms_of_version_1_are_followed_through_a_network_that_fails_and_a_lost_
     let network = Proxy::to(server.port);
     let world = World::new();
     let (pilot, watch) = start(&world, network.port, "peer = \"v1\"\nsilent_s = 1.5\n");
-    until(&watch, "poses", 20, is_whole);
-    for fault in [Fault::Bytes, Fault::Delay(Duration::from_millis(30))] {
-        network.set(fault);
-        until(&watch, "poses through it", 60, is_whole);
-    }
-    network.set(Fault::Stall);
-    until(&watch, "the end of a silent connection", 1, is_disconnected);
-    network.set(Fault::None);
-    until(&watch, "poses after it", 5, is_whole);
-    // In the header, in the body and between two messages.
-    for at in (0..=106).step_by(9) {
-        network.set(Fault::Cut(at, is_any));
-        until(&watch, "the end of a cut connection", 1, is_disconnected);
-        until(&watch, "poses after it", 2, is_whole);
-    }
+    follows_through(&network, &watch, 9);
     // Two seconds in which the tool is not sent.
     until(&watch, "frames without the tool", 150, |frame| {
         tool(frame) == Err(Lost::NotSeen)
@@ -153,11 +157,43 @@ fn transforms_of_version_1_are_followed_through_a_network_that_fails_and_a_lost_
     let _ = pilot.stop();
 }
 
+/// The turn that the server states with these: 120 degrees about (1, -1, 1), and nothing of the digits of single precision is lost.
+fn is_turned(frame: &MarkerFrame) -> bool {
+    let is_it = |quaternion: [f64; 4]| quaternion == [0.5, 0.5, -0.5, 0.5];
+    [
+        tool(frame).map(|pose| pose.quaternion()),
+        patient(frame).map(|pose| pose.quaternion()),
+    ]
+    .iter()
+    .all(|quaternion| quaternion.is_ok_and(is_it))
+}
+
+#[test]
+fn positions_and_quaternions_are_followed_through_a_network_that_fails_and_a_lost_tool_is_none() {
+    for mode in ["positions", "quaternions"] {
+        let Some(server) = Server::start(mode) else { return };
+        let network = Proxy::to(server.port);
+        let world = World::new();
+        let (pilot, watch) = start(&world, network.port, "peer = \"v1\"\nsilent_s = 1.5\n");
+        until(&watch, "turned poses", 20, is_turned);
+        follows_through(&network, &watch, 35);
+        until(&watch, "frames without the tool", 150, |frame| {
+            tool(frame) == Err(Lost::NotSeen)
+        });
+        let _ = pilot.stop();
+    }
+}
+
 #[test]
 fn version_1_is_found_out_by_the_silence_after_version_2() {
     let Some(server) = Server::start("stream") else { return };
+    let network = Proxy::to(server.port);
     let world = World::new();
-    let (pilot, watch) = start(&world, server.port, "peer = \"auto\"\nstream_ms = 10\n");
+    let (pilot, watch) = start(
+        &world,
+        network.port,
+        "peer = \"auto\"\nstream_ms = 10\nsilent_s = 1.5\n",
+    );
     until(&watch, "poses", 20, is_whole);
     let told = watch.told().join("\n");
     assert!(
@@ -171,6 +207,8 @@ fn version_1_is_found_out_by_the_silence_after_version_2() {
         place("BAD HEADER") < place("STT_TDATA 10") && place("BAD HEADER").is_some(),
         "{sent:?}"
     );
+    // Which version it is stays known.
+    follows_through(&network, &watch, 35);
     until(&watch, "frames without the tool", 150, |frame| {
         tool(frame) == Err(Lost::NotSeen)
     });

@@ -13,7 +13,6 @@ mod peers;
 mod pictures;
 mod pilot;
 mod poses;
-mod proxy;
 mod rig;
 #[path = "../support/mod.rs"]
 mod support;

@@ -7,6 +7,7 @@ use geometry::{Marker, Point, Rigid, Vector};
 
 use crate::peers;
 use crate::rig::Rig;
+use crate::support::proxy::{Fault, through};
 
 const SCENE: &str = "[gateway]\naddress = \"127.0.0.1:0\"\n\
     [[targets]]\nname = \"node\"\nct_mm = [33.0, 4.0, -50.5]\n\
@@ -50,7 +51,8 @@ fn a_cxx_client_reads_markers_a_stream_of_tools_at_its_pace_and_the_targets() {
         "GET_CAPABIL",
         "GET_STATUS",
     ];
-    let mut child = peers::start(peer, rig.address, &queries);
+    let network = through(Fault::BytesOfBoth, rig.address);
+    let mut child = peers::start(peer, network, &queries);
     let began_ns = rig.now_ns();
     let mut seq = 0;
     while child.try_wait().unwrap().is_none() {

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use crate::peers;
 use crate::rig::{Rig, SCENE};
+use crate::support::proxy::{Fault, through};
 
 /// Images that do not grow old while an interpreter starts.
 const PATIENT: &str = "[gateway]\naddress = \"127.0.0.1:0\"\nimages_hz = 60.0\n[limits]\nstale_ms = 10000.0\n";
@@ -36,9 +37,11 @@ fn file_of(places: &[[f64; 3]]) -> tempfile::NamedTempFile {
     file
 }
 
+/// Through a network that has all of it a little later.
 fn seen(rig: &Rig, device: &str, places: &[[f64; 3]], mut meanwhile: impl FnMut()) -> Option<Value> {
     let file = file_of(places);
-    let mut child = peers::python(rig.address, &["image", device, file.path().to_str().unwrap()])?;
+    let network = through(Fault::Delay(Duration::from_millis(40)), rig.address);
+    let mut child = peers::python(network, &["image", device, file.path().to_str().unwrap()])?;
     while child.try_wait().unwrap().is_none() {
         meanwhile();
         std::thread::sleep(Duration::from_millis(10));

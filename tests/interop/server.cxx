@@ -3,6 +3,8 @@
 //   server push [PORT]     sends TRANSFORMs of two tools to each client, 100 Hz, unasked
 //   server images [PORT]   the same, and with each third frame an ultrasound image of the third frame before, with that one's stamp
 //   server shifted [PORT]  the same as images, whose stamps are of a clock that is 150 ms behind from frame 400 on, and 600 ms from frame 1100 on
+//   server positions [PORT]    sends POSITIONs of both in the place of TRANSFORMs, turned by 120 degrees about (1, -1, 1)
+//   server quaternions [PORT]  sends QTDATA of both, turned likewise, unasked
 //   server stream [PORT]   sends nothing but TDATA of both, once a client asks for them by STT_TDATA, as often as that says
 //
 // It prints the port, and a line for each message that it was sent. Frame i has the tool at x = i / 8 mm and the patient at x = -100 mm, both
@@ -15,12 +17,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <ctime>
 #include <string>
 
 #include <igtlImageMessage.h>
 #include <igtlMessageHeader.h>
+#include <igtlPositionMessage.h>
+#include <igtlQuaternionTrackingDataMessage.h>
 #include <igtlServerSocket.h>
 #include <igtlStatusMessage.h>
 #include <igtlTrackingDataMessage.h>
@@ -50,6 +53,40 @@ static bool send_transform(igtl::Socket::Pointer socket, const char* name, long 
     igtl::TransformMessage::Pointer message = igtl::TransformMessage::New();
     message->SetDeviceName(name);
     message->SetMatrix(matrix);
+    message->SetTimeStamp(stamp);
+    message->Pack();
+    return socket->Send(message->GetPackPointer(), message->GetPackSize()) != 0;
+}
+
+static bool send_position(igtl::Socket::Pointer socket, const char* name, long i, bool is_tool, igtl::TimeStamp::Pointer stamp) {
+    igtl::Matrix4x4 matrix;
+    place(matrix, i, is_tool);
+    igtl::PositionMessage::Pointer message = igtl::PositionMessage::New();
+    message->SetDeviceName(name);
+    message->SetPackType(igtl::PositionMessage::ALL);
+    message->SetPosition(matrix[0][3], matrix[1][3], matrix[2][3]);
+    message->SetQuaternion(0.5f, -0.5f, 0.5f, 0.5f);
+    message->SetTimeStamp(stamp);
+    message->Pack();
+    return socket->Send(message->GetPackPointer(), message->GetPackSize()) != 0;
+}
+
+static void add_quaternion(igtl::QuaternionTrackingDataMessage::Pointer message, const char* name, long i, bool is_tool) {
+    igtl::Matrix4x4 matrix;
+    place(matrix, i, is_tool);
+    igtl::QuaternionTrackingDataElement::Pointer element = igtl::QuaternionTrackingDataElement::New();
+    element->SetName(name);
+    element->SetType(igtl::QuaternionTrackingDataElement::TYPE_6D);
+    element->SetPosition(matrix[0][3], matrix[1][3], matrix[2][3]);
+    element->SetQuaternion(0.5f, -0.5f, 0.5f, 0.5f);
+    message->AddQuaternionTrackingDataElement(element);
+}
+
+static bool send_quaternions(igtl::Socket::Pointer socket, long i, igtl::TimeStamp::Pointer stamp) {
+    igtl::QuaternionTrackingDataMessage::Pointer message = igtl::QuaternionTrackingDataMessage::New();
+    message->SetDeviceName("Tracker");
+    add_quaternion(message, PATIENT, i, false);
+    if (is_seen(i)) add_quaternion(message, TOOL, i, true);
     message->SetTimeStamp(stamp);
     message->Pack();
     return socket->Send(message->GetPackPointer(), message->GetPackSize()) != 0;
@@ -139,8 +176,17 @@ struct Open : igtl::Socket {
 // How far the clock of the images is behind that of the poses.
 static long long behind_ns(long i, bool is_shifted) { return !is_shifted || i < 400 ? 0 : i < 1100 ? 150000000LL : 600000000LL; }
 
-static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images, bool is_shifted) {
-    int every_ms = pushes ? 10 : 0;
+// The poses of a frame, as this mode says them.
+static bool send_frame(igtl::Socket::Pointer socket, const std::string& mode, long i, igtl::TimeStamp::Pointer stamp) {
+    if (mode == "stream") return send_list(socket, i, stamp);
+    if (mode == "quaternions") return send_quaternions(socket, i, stamp);
+    auto send_one = mode == "positions" ? send_position : send_transform;
+    return send_one(socket, PATIENT, i, false, stamp) && (!is_seen(i) || send_one(socket, TOOL, i, true, stamp));
+}
+
+static void serve(igtl::Socket::Pointer socket, const std::string& mode) {
+    bool is_shifted = mode == "shifted", has_images = is_shifted || mode == "images";
+    int every_ms = mode == "stream" ? 0 : 10;
     long long next = now_ms();
     // It goes on counting with each client: a frame is a frame.
     static long i = 0;
@@ -156,12 +202,7 @@ static void serve(igtl::Socket::Pointer socket, bool pushes, bool has_images, bo
         if (now_ms() < next) continue;
         next += every_ms;
         stamp->GetTime();
-        bool sent = true;
-        if (pushes) {
-            sent = send_transform(socket, PATIENT, i, false, stamp) && (!is_seen(i) || send_transform(socket, TOOL, i, true, stamp));
-        } else {
-            sent = send_list(socket, i, stamp);
-        }
+        bool sent = send_frame(socket, mode, i, stamp);
         if (has_images && i % 3 == 0) {
             igtlUint32 second, fraction;
             if (before->GetTimeStampUint64() != 0) sent = sent && send_image(socket, i - 3, before);
@@ -184,8 +225,7 @@ int main(int argc, char** argv) {
     for (;;) {
         igtl::ClientSocket::Pointer client = server->WaitForConnection(60000);
         if (client.IsNull()) continue;
-        bool is_shifted = std::strcmp(argv[1], "shifted") == 0, has_images = is_shifted || std::strcmp(argv[1], "images") == 0;
-        serve(client.GetPointer(), has_images || std::strcmp(argv[1], "push") == 0, has_images, is_shifted);
+        serve(client.GetPointer(), argv[1]);
         client->CloseSocket();
         std::printf("gone\n");
         std::fflush(stdout);

@@ -434,11 +434,17 @@ fn address(text: &str) -> Checked<String> {
     let is_port = port.bytes().all(|byte| byte.is_ascii_digit()) && port.parse::<u16>().is_ok_and(|port| port > 0);
     match is_host && is_port {
         true => Ok(text.to_owned()),
-        false => Err(invalid(
-            "localizer.address",
-            format!("{text:?}"),
-            "host:port, such as \"192.168.0.30:18944\"",
-        )),
+        false => Err(invalid("localizer.address", format!("{text:?}"), reachable(text))),
+    }
+}
+
+/// What an address may be; whoever names a serial line is told that none is dialled.
+fn reachable(text: &str) -> &'static str {
+    let of_windows = text.get(..3).is_some_and(|start| start.eq_ignore_ascii_case("com"))
+        && text.bytes().skip(3).all(|byte| byte.is_ascii_digit());
+    match text.starts_with("/dev/") || of_windows {
+        true => "host:port of a network, such as \"192.168.0.30:8765\": serial lines are not dialled",
+        false => "host:port, such as \"192.168.0.30:18944\"",
     }
 }
 

@@ -241,7 +241,7 @@ mod tests {
     }
 
     /// A frame in which these markers are seen where these places of the definition are.
-    fn frame(markers: &[(u16, usize)], has_pose: bool) -> ndi::Frame {
+    fn bx2(markers: &[(u16, usize)], has_pose: bool) -> Bx2Frame {
         let at = pose();
         let told = Bx2Tool {
             handle: HANDLE,
@@ -260,7 +260,7 @@ mod tests {
                 place_mm: (at * Point::<Marker>::new(x + 0.2, y, z - 0.1)).mm(),
             }
         };
-        let frame = Bx2Frame {
+        Bx2Frame {
             kind: FrameKind(2),
             index: 0,
             status: ToolStatus(0),
@@ -272,7 +272,10 @@ mod tests {
                 markers: markers.iter().map(marker).collect(),
             }],
             errors: Vec::new(),
-        };
+        }
+    }
+
+    fn of(frame: Bx2Frame) -> ndi::Frame {
         let reply = Bx2 {
             frames: vec![frame],
             ..Bx2::default()
@@ -288,7 +291,7 @@ mod tests {
     }
 
     fn numbers(single: &mut Single, markers: &[(u16, usize)], has_pose: bool) -> Vec<u32> {
-        let places = single.places(&frame(markers, has_pose), |_| Some(HANDLE)).unwrap();
+        let places = single.places(&of(bx2(markers, has_pose)), |_| Some(HANDLE)).unwrap();
         places.tool.iter().map(|sight| sight.emitter).collect()
     }
 
@@ -308,6 +311,25 @@ mod tests {
         single.forget();
         assert!(numbers(&mut single, &three, false).is_empty());
         assert_eq!(single.words(), None);
+    }
+
+    /// They lie where a marker of the tool would, and have a number of one.
+    #[test]
+    fn markers_of_no_tool_are_left_out() {
+        let mut single = single();
+        let (with, without) = ([(0, 0), (1, 1), (2, 2), (3, 3)], [(0, 0), (1, 1), (2, 2)]);
+        assert_eq!(numbers(&mut single, &with, true), [0, 1, 2, 3]);
+        let mut stray = bx2(&without, true);
+        let last = bx2(&with, true).markers[0].markers[3];
+        stray.markers.push(Bx2Markers {
+            handle: Handle::STRAY,
+            markers: vec![last],
+        });
+        let read = of(stray);
+        assert_eq!(read.markers.len(), 4);
+        let places = single.places(&read, |_| Some(HANDLE)).unwrap();
+        let numbers: Vec<u32> = places.tool.iter().map(|sight| sight.emitter).collect();
+        assert_eq!(numbers, [0, 1, 2]);
     }
 
     /// A device that counts from 1, or in another order than the definition.

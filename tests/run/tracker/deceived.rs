@@ -196,6 +196,8 @@ fn stamps_that_no_clock_has_put_no_pose_into_another_time() {
             "is their unit right?",
         ),
         ("s for ms", |t| (DAY_NS + t) / 1000, "is their unit right?"),
+        // Seconds that stay 0: stamps go back with each.
+        ("a fraction alone", |t| t % S, "frames have the time of their arrival"),
         // 32 bits of seconds end, and begin again.
         (
             "2106",

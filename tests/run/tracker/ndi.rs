@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use crate::support::proxy::{Fault, Proxy};
 use crate::support::{SMALL, World, python, shared, stderr, wait_for};
 use bus::Bus;
 use bus::message::{Lost, ToolPose, Tracked};
@@ -287,19 +288,28 @@ fn other_software_reads_the_poses_of_the_room() {
     let Some(python) = python() else { return };
     let world = World::new();
     let simulator = Simulator::start(&world, 0);
-    let output = Command::new(python)
-        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/ndi_client.py"))
-        .args([&simulator.port.to_string(), "100"])
-        .args([world.path("tool.rom"), world.path("patient.rom")])
-        .output()
-        .unwrap();
-    let text = String::from_utf8(output.stdout.clone()).unwrap();
-    if text.trim() == "no ndicapi" {
-        println!("skipped: the interpreter has no ndicapi");
-        return;
+    let network = Proxy::to(simulator.port);
+    // Neither a stall nor a cut: this client waits for its device for ever.
+    for fault in [Fault::None, Fault::BytesOfBoth, Fault::Delay(Duration::from_millis(15))] {
+        network.set(fault);
+        let output = Command::new(&python)
+            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/ndi_client.py"))
+            .args([&network.port.to_string(), "100"])
+            .args([world.path("tool.rom"), world.path("patient.rom")])
+            .output()
+            .unwrap();
+        let text = String::from_utf8(output.stdout.clone()).unwrap();
+        if text.trim() == "no ndicapi" {
+            println!("skipped: the interpreter has no ndicapi");
+            return;
+        }
+        assert!(output.status.success(), "{fault:?}: {text}\n{}", stderr(&output));
+        assert_of_room(&text, &truth(&world));
     }
-    assert!(output.status.success(), "{text}\n{}", stderr(&output));
-    let room = truth(&world);
+}
+
+/// Each pose that this client has read is that of the room.
+fn assert_of_room(text: &str, room: &PosedRoom) {
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 200);
     let mut seen = 0;

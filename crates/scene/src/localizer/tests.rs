@@ -66,6 +66,14 @@ fn what_cannot_be_is_refused_with_its_key() {
             "[localizer]\nkind = \"openigtlink\"\naddress = \"a b:5\"".to_owned(),
             "localizer.address",
         ),
+        (
+            "[localizer]\nkind = \"ndi\"\naddress = \"/dev/ttyUSB0\"".to_owned(),
+            "found \"/dev/ttyUSB0\"; allowed: host:port of a network, such as \"192.168.0.30:8765\": serial lines are not dialled",
+        ),
+        (
+            "[localizer]\nkind = \"ndi\"\naddress = \"COM3\"".to_owned(),
+            "found \"COM3\"; allowed: host:port of a network, such as \"192.168.0.30:8765\": serial lines are not dialled",
+        ),
         (format!("{head}kind = \"polaris\""), "unknown variant `polaris`"),
         (
             format!("{head}kind = \"ndi\""),
