@@ -83,7 +83,7 @@ fn ways(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let axes = outer.sum::<Matrix3<f64>>().symmetric_eigen().eigenvectors;
     // Of 27 the middle one is none, and each one before it is opposite to one after it.
     let way = |i: i32| Vector3::new(f64::from(i % 3 - 1), f64::from(i / 3 % 3 - 1), f64::from(i / 9 - 1));
-    (14..27).map(|i| (axes * way(i)).normalize()).collect()
+    (14..27).filter_map(|i| (axes * way(i)).try_normalize(0.0)).collect()
 }
 
 /// How many independent numbers these are worth: `(sum sqrt l)^2 / sum l` with `l` the eigenvalues of their correlation (Galwey 2009).
@@ -105,6 +105,6 @@ fn apart(looked: &[Looked]) -> f64 {
 /// What one mm on a half that chance chooses does: the mean over the directions.
 fn told(looked: &[Looked]) -> Matrix8 {
     let halves: Vec<&Looked> = looked.iter().filter(|looked| looked.is_half).collect();
-    let sum: Matrix8 = halves.iter().map(|half| square(&half.scored.answer.into())).sum();
+    let sum: Matrix8 = halves.iter().map(|half| square(&half.scored.answer)).sum();
     sum / halves.len().max(1) as f64
 }
