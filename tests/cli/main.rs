@@ -19,9 +19,9 @@ mod calib_sweep;
 #[path = "check/organs.rs"]
 mod check_organs;
 mod configs;
-#[path = "volume/derived.rs"]
 #[path = "localizer/decode.rs"]
 mod decode;
+#[path = "volume/derived.rs"]
 mod derived;
 mod help;
 mod labels;

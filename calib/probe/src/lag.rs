@@ -16,6 +16,7 @@
 //! which would draw the
 //! lag there. The window lowers fast motions, not their time: what that leaves is at right angles to what a lag does.
 
+mod doubt;
 mod error;
 mod signal;
 
@@ -302,7 +303,8 @@ impl<'a> Fit<'a> {
                 least: self.options.min_correlation,
             });
         }
-        let sigma_s = self.sigma(lag_s, &line);
+        self.not_beyond(lag_s)?;
+        let sigma_s = self.steady(lag_s, self.sigma(lag_s, &line))?;
         if sigma_s.is_nan() || sigma_s > self.options.max_sigma_s {
             return Err(LagError::Blunt {
                 lag_s,

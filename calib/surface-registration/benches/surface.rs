@@ -77,9 +77,9 @@ fn main() {
     }
     let words: Vec<&String> = args.iter().skip(1).take_while(|a| !a.starts_with("--")).collect();
     println!(
-        "| row | right | wrong | silent | right refused | moved, right moved | TRE mm | over bound: median, rms | 95 % | chi2/3 | ms: mean, median |"
+        "| row | right | wrong | silent | right refused | moved, right moved | TRE mm | over bound: median, rms | 95 % | chi2/3 | taken: mm, predicted; greatest ratio, over 3 | ms: mean, median |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let (mut all, mut gates) = (Count::default(), Gates::default());
     for row in rows::rows()
         .iter()

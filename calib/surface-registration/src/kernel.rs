@@ -46,8 +46,19 @@ impl Kernel {
 }
 
 /// By how much the variance of a fit of normal residuals exceeds the inverse of its weighted normal equations, with Tukey's constant
-/// `c`: `E[(w s)^2] E[w] / E[(w s)']^2`, by quadrature over the normal law.
+/// `c`: `E[(w s)^2] E[w] / E[(w s)']^2`.
 pub(crate) fn tukey_variance(c: f64) -> f64 {
+    let [scatter, slope, weight] = moments(c);
+    scatter * weight / (slope * slope)
+}
+
+/// `E[(w s)^2]` of normal residuals that have a say.
+pub(crate) fn tukey_scatter(c: f64) -> f64 {
+    moments(c)[0]
+}
+
+/// `E[(w s)^2]`, `E[(w s)']` and `E[w]`, by quadrature over the normal law.
+fn moments(c: f64) -> [f64; 3] {
     let (mut psi2, mut slope, mut weight) = (0.0, 0.0, 0.0);
     // The rule of the middle on a smooth function: right to 1e-4. Beyond 8 deviations there is nothing.
     const STEPS: usize = 200;
@@ -60,7 +71,7 @@ pub(crate) fn tukey_variance(c: f64) -> f64 {
         slope += density * (left * left - 4.0 * left * s * s / (c * c));
         weight += density * left * left;
     }
-    psi2 * weight / (slope * slope)
+    [psi2, slope, weight]
 }
 
 #[cfg(test)]

@@ -76,8 +76,8 @@ pub use mesh::{DIAGONAL_MM, Distance, Facts, MOST_TRIANGLES, OpenEnd, Surface, S
 pub use next::{Next, Touches, next};
 pub use points::{Beam, BeamNoise, LEAST_POINTS, MOST_POINTS, Points, PointsError, SharedError, SurfacePoint};
 pub use register::{
-    Class, GrossError, Halves, Landmark, Options, OrderCheck, Other, PointResult, RegisterError, Start,
-    SurfaceRegistration, refine, register,
+    Class, GrossError, Halves, Landmark, Options, OrderCheck, Other, PointResult, RegisterError, SecondSurface, Start,
+    SurfaceRegistration, Trend, refine, register,
 };
 pub use search::Effort;
 pub use solve::Priors;

@@ -8,9 +8,11 @@ mod normal;
 mod parts;
 mod result;
 mod rows;
+mod second;
 mod sensitivity;
 mod start;
 mod suspect;
+mod trend;
 
 use geometry::rotation::RotationMatrix;
 use geometry::{Frame, Rigid, Vector};
@@ -19,8 +21,11 @@ pub use error::RegisterError;
 pub use moved::{Halves, OrderCheck};
 pub use parts::{Class, PointResult};
 pub use result::{Other, SurfaceRegistration};
+pub use second::SecondSurface;
 pub use sensitivity::GrossError;
 pub use start::{Landmark, Start};
+pub(crate) use trend::ONE_IN_1000;
+pub use trend::Trend;
 
 use crate::points::Points;
 use crate::search::{Effort, search};

@@ -50,6 +50,9 @@ pub struct Priors {
     pub offset_mm: f64,
     /// Deviation of the surface itself from place to place, mm: added to that of each point.
     pub bone_mm: f64,
+    /// Deviation of what lies between tip and bone on one side of it and not on the other, soft tissue for instance, mm: nothing is fitted for
+    /// it, and what it does to the pose is in its covariance.
+    pub side_mm: f64,
 }
 
 impl Default for Priors {
@@ -58,6 +61,7 @@ impl Default for Priors {
             depth_scale: 0.03,
             offset_mm: 1.0,
             bone_mm: 0.15,
+            side_mm: 0.0,
         }
     }
 }

@@ -9,7 +9,7 @@ use std::fmt;
 use geometry::{Frame, Point};
 
 use crate::free::{Free, free};
-use crate::register::{Class, GrossError, PointResult, SurfaceRegistration};
+use crate::register::{Class, GrossError, ONE_IN_1000, PointResult, SecondSurface, SurfaceRegistration, Trend};
 use crate::search::LEAST_HITS;
 use crate::solve::MOST_BEYOND;
 use crate::tail::{Tail, tail};
@@ -48,6 +48,9 @@ pub struct Limits {
     pub most_prior: f64,
     /// Square of the difference of the sweep's two parts as two poses in its covariance, at most ([`crate::Halves::square`]).
     pub most_moved: f64,
+    /// How unlikely by chance alone it may be that residuals go with the order of the points, or with their side, as deviations of a normal
+    /// number, at most ([`Trend::deviations`]): 3.09 is 1 in 1000.
+    pub most_trend: f64,
 }
 
 impl Default for Limits {
@@ -67,6 +70,7 @@ impl Default for Limits {
             most_tail: 10.0,
             most_prior: 3.0,
             most_moved: 30.0,
+            most_trend: ONE_IN_1000,
         }
     }
 }
@@ -165,6 +169,22 @@ pub enum Refusal {
         /// At most allowed.
         most: f64,
     },
+    /// The pose goes with the order of the points: the bone slid slowly against the tracker's reference.
+    Drifted {
+        /// How.
+        found: Trend,
+        /// At most allowed, deviations.
+        most: f64,
+    },
+    /// Points on one side lie further outside of the bone than those on the other one: soft tissue under the tip.
+    OneSided {
+        /// Where, and by how much.
+        found: Trend,
+        /// At most allowed, deviations.
+        most: f64,
+    },
+    /// Touched points that were left out lie a little off the bone together.
+    SecondSurface(SecondSurface),
     /// The last points hardly fit: the bone moved, or the tool left it.
     Tail(Tail),
     /// The depth scale or the offset is far from what was told of it: another surface than the bone's, skin for instance.
@@ -265,10 +285,30 @@ impl Limits {
         if let Some(tail) = tail(&found.points).filter(|tail| tail.likelihood > self.most_tail) {
             refusals.push(Refusal::Tail(tail));
         }
+        self.trends(found, &mut refusals);
         self.priors(found, &mut refusals);
         self.errors(found, targets, &mut refusals);
         refusals.extend(self.gross_error(found, targets));
         refusals
+    }
+
+    /// What residuals go with, beside the noise.
+    fn trends<To: Frame, From: Frame>(&self, found: &SurfaceRegistration<To, From>, refusals: &mut Vec<Refusal>) {
+        let most = self.most_trend;
+        let is_more = |trend: &Trend| trend.deviations.is_nan() || trend.deviations > most;
+        let drifted = found
+            .drift
+            .filter(is_more)
+            .map(|found| Refusal::Drifted { found, most });
+        let one_sided = found
+            .side
+            .filter(is_more)
+            .map(|found| Refusal::OneSided { found, most });
+        let second = found
+            .second
+            .filter(|second| second.deviations > most)
+            .map(Refusal::SecondSurface);
+        refusals.extend(drifted.into_iter().chain(one_sided).chain(second));
     }
 
     /// What was fitted beside the pose, against what was told of it before.
@@ -427,6 +467,24 @@ impl fmt::Display for Refusal {
             } => write!(
                 f,
                 "the first {before} points and those after them say two poses, {apart_mm:.1} mm apart at the target: {found:.0} squares of deviations, at most {most:.0} is accepted: did the bone move under the reference?"
+            ),
+            Self::Drifted { found, most } => write!(
+                f,
+                "residuals go with the order of the points: the bone slid by some {:.1} mm under the reference while they were taken, or the tool got worse ({:.1} normal deviations, at most {most:.1} is chance)",
+                found.mm, found.deviations
+            ),
+            Self::OneSided { found, most } => {
+                let [x, y, z] = found.towards;
+                write!(
+                    f,
+                    "the points on one side, towards ({x:.1}, {y:.1}, {z:.1}) of the bone's axes, lie {:.1} mm further outside of it than the others ({:.1} normal deviations, at most {most:.1} is chance): soft tissue under the tip?",
+                    found.mm, found.deviations
+                )
+            }
+            Self::SecondSurface(second) => write!(
+                f,
+                "{} of the {} touched points that were left out lie within {:.1} mm of the bone, by the mean of {:.1} mm: they are of a second surface, soft tissue under the tip for instance, and which of the two the bone is they do not say",
+                second.points, second.left_out, second.within_mm, second.mm
             ),
             Self::Landmarks { found, most } => write!(
                 f,

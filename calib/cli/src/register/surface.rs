@@ -37,11 +37,38 @@ pub struct SurfaceRecord {
     /// Whether it was looked whether the bone moved while points were taken; files of before it was written have none.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub moved_check: Option<MovedCheck>,
+    /// What residuals go with, beside the noise; files of before it was looked at have none.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub trends: Option<TrendsRecord>,
     /// What is not against it, and should be known.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub warnings: Vec<String>,
     /// Each point in the order of the file.
     pub points: Vec<SurfacePointResult>,
+}
+
+/// What residuals go with, and what was told of it before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrendsRecord {
+    /// The order of the points: a bone that drifted.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub drift: Option<TrendRecord>,
+    /// A side whose points lie further outside of the bone than the others.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub side: Option<TrendRecord>,
+    /// Deviation that was told of what lies on one side, mm: it is in the covariance.
+    pub told_side_mm: f64,
+}
+
+/// One of them.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TrendRecord {
+    /// How unlikely it is by chance alone, as deviations of a normal number.
+    pub deviations: f64,
+    /// How large it is, mm.
+    pub mm: f64,
+    /// Where to, in `to`.
+    pub towards: [f64; 3],
 }
 
 /// Whether it was looked whether the bone moved under its marker.

@@ -36,6 +36,9 @@ pub(crate) struct BoneArgs {
     /// Deviation of an offset of the whole surface, which is fitted; 0 holds it [default: what calib bone says, else 1]
     #[arg(long, value_name = "MM", value_parser = from_zero, allow_hyphen_values = true)]
     pub(super) offset_mm: Option<f64>,
+    /// Deviation of what may lie under the tip, or before the bone, on one side of it and not on the other: soft tissue, or a layer that echoes
+    #[arg(long, value_name = "MM", default_value = "0", value_parser = from_zero, allow_hyphen_values = true)]
+    pub(super) tissue_mm: f64,
     /// A registration that is roughly right
     #[arg(long, value_name = "FILE.json", conflicts_with = "landmarks")]
     pub(super) guess: Option<PathBuf>,
@@ -190,6 +193,7 @@ impl BoneArgs {
             depth_scale,
             offset_mm: offset_mm.unwrap_or(usual.offset_mm),
             bone_mm: bone_mm.unwrap_or(usual.bone_mm),
+            side_mm: self.tissue_mm,
         };
         Options {
             priors,

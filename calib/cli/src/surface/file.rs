@@ -2,7 +2,7 @@
 
 use geometry::Point;
 use geometry::rotation::Rotation;
-use surface_registration::{Class, OrderCheck, free};
+use surface_registration::{Class, OrderCheck, Trend, free};
 
 use super::points::Shared;
 use super::{Made, TO};
@@ -10,7 +10,8 @@ use crate::live::calibration_of;
 use crate::register::file::{FORMAT, InputFile, PredictedTre, RegistrationFile, SharedPart, Transform, Units, VERSION};
 use crate::register::solve::To;
 use crate::register::surface::{
-    BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord,
+    BoneRecord, Fitted, FreeMotion, MovedCheck, OtherMinimum, SurfacePointResult, SurfaceRecord, TrendRecord,
+    TrendsRecord,
 };
 use crate::register::{COVARIANCE_CONVENTION, TRANSFORM_CONVENTION};
 
@@ -168,8 +169,21 @@ fn surface(made: &Made<'_>) -> SurfaceRecord {
             })
             .collect(),
         moved_check: Some(moved_check(&found.order)),
+        trends: Some(TrendsRecord {
+            drift: found.drift.map(trend),
+            side: found.side.map(trend),
+            told_side_mm: priors.side_mm,
+        }),
         warnings: made.warnings(),
         points: points(made),
+    }
+}
+
+fn trend(of: Trend) -> TrendRecord {
+    TrendRecord {
+        deviations: of.deviations,
+        mm: of.mm,
+        towards: of.towards,
     }
 }
 

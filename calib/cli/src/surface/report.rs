@@ -110,6 +110,20 @@ fn fit(text: &mut String, made: &Made<'_>, file: &RegistrationFile) {
         found.noise_ratio,
         found.noise_ratio_sigma
     );
+    for (name, what, trend) in [
+        ("order of points", "as if the bone had drifted by", found.drift),
+        ("one side", "points on one side lie further outside by", found.side),
+    ] {
+        if let Some(trend) = trend {
+            line!(
+                text,
+                "{name:<17}{what} {:.2} mm, {:.1} deviations of chance ({:.1} at most)",
+                trend.mm,
+                trend.deviations,
+                made.asked.limits.most_trend
+            );
+        }
+    }
     let mut classes: BTreeMap<&str, usize> = BTreeMap::new();
     for point in &found.points {
         *classes.entry(class_name(point.class)).or_default() += 1;

@@ -67,6 +67,30 @@ pub enum LagError {
         /// The largest lag.
         most_s: f64,
     },
+    /// A lag beyond the range fits better.
+    #[error(
+        "{found_s:.3} s fits better than {lag_s:.3} s, which is the best within {most_s} s either way: the lag lies beyond the range; widen it"
+    )]
+    Beyond {
+        /// The best within the range.
+        lag_s: f64,
+        /// The one beyond it.
+        found_s: f64,
+        /// The largest lag.
+        most_s: f64,
+    },
+    /// Both halves of the recording have a lag of their own.
+    #[error(
+        "the lag is {first_s:.3} s in the first half of the recording and {second_s:.3} s in the second, {deviations:.1} deviations apart: one          of the clocks goes faster than the other, or was set; one lag does not hold for both"
+    )]
+    Drifts {
+        /// Of the first half.
+        first_s: f64,
+        /// Of the second.
+        second_s: f64,
+        /// Their difference in its deviation.
+        deviations: f64,
+    },
     /// Another lag fits as well.
     #[error(
         "{lag_s:.3} s and {other_s:.3} s fit nearly as well: the motion repeats itself; move at changing speed, or narrow the range"

@@ -144,3 +144,71 @@ fn the_principal_motion_is_along_the_longest_way() {
         assert!((found - truth).abs() < 1e-9 && *t == f64::from(i), "{found} {truth}");
     }
 }
+
+/// A hand that goes back and forth every 1.6 s or so: a lag of 0.6 s looks much like one of -0.2 s of the other direction.
+fn to_and_fro(t: f64) -> f64 {
+    10.0 * (3.93 * t + 0.6 * (0.5 * t).sin()).sin()
+}
+
+/// A lag of 600 ms was told as one within 500 ms in 2 recordings of 25.
+#[test]
+fn a_lag_beyond_the_range_is_refused() {
+    let mut beyond = 0;
+    for seed in 100..120 {
+        for planted in [-0.62, 0.6, 0.65] {
+            let chance = Chance::new(seed, 2);
+            let image = (0..195_u32).map(|i| {
+                let t = 0.5 + f64::from(i) * 0.0768;
+                let row = 300.0 - 10.0 * to_and_fro(t + planted) + 5.0 * chance.normal(u64::from(i));
+                (t, row)
+            });
+            let image: Samples = image.collect();
+            let way: Samples = (0..400_u32)
+                .map(|i| (f64::from(i) * 0.04, to_and_fro(f64::from(i) * 0.04)))
+                .collect();
+            let refused = lag(&image, &way, &LagOptions::default()).unwrap_err();
+            beyond +=
+                usize::from(matches!(refused, LagError::Beyond { found_s, .. } if (found_s - planted).abs() < 0.01));
+            // A range that holds it: found, or told as ambiguous.
+            let wide = LagOptions {
+                most_s: 1.0,
+                ..LagOptions::default()
+            };
+            match lag(&image, &way, &wide) {
+                Ok(found) => assert!((found.lag_s - planted).abs() < 0.02, "{found:?}"),
+                Err(refused) => assert!(matches!(refused, LagError::Ambiguous { .. }), "{refused:?}"),
+            }
+        }
+        // And of a motion that is not alike again so soon.
+        let (image, way) = signals(seed, 0.6, 5.0);
+        assert!(lag(&image, &way, &LagOptions::default()).is_err());
+    }
+    println!("{beyond} of 60");
+    assert!(beyond >= 40, "{beyond}");
+}
+
+/// The clock of the images gains 4 ms a second: 60 ms over the recording, of which one lag was told as if it held.
+#[test]
+fn a_clock_that_drifts_within_the_recording_is_refused() {
+    for seed in 100..110 {
+        let (mut image, way) = signals(seed, 0.05, 5.0);
+        image.iter_mut().for_each(|(t, _)| *t -= 0.004 * (*t - 8.0));
+        let refused = lag(&image, &way, &LagOptions::default());
+        assert!(matches!(refused, Err(LagError::Drifts { .. })), "{seed}: {refused:?}");
+    }
+}
+
+/// Of 300 steady recordings some, 1 in 1000 expected, are refused as drifting: 3 of 300 come less than once in 250 tries of this.
+#[test]
+fn a_steady_clock_is_not_refused() {
+    let drifts = (0..300).filter(|seed| {
+        let (image, way) = signals(1000 + seed, 0.05, 5.0);
+        match lag(&image, &way, &LagOptions::default()) {
+            Ok(_) => false,
+            Err(LagError::Drifts { .. }) => true,
+            Err(other) => panic!("{seed}: {other}"),
+        }
+    });
+    let drifts = drifts.count();
+    assert!(drifts < 3, "{drifts}");
+}

@@ -27,6 +27,8 @@ pub(crate) struct Count {
     pub(crate) bound: Vec<f64>,
     pub(crate) within: usize,
     pub(crate) looked: usize,
+    /// Of those that were taken, the error and what was predicted, root mean squares over the targets, mm.
+    pub(crate) taken: Vec<[f64; 2]>,
     /// Squares of errors at targets in their covariance.
     pub(crate) squares: Vec<f64>,
     pub(crate) seconds: f64,
@@ -90,6 +92,14 @@ impl Count {
                 found.share_beyond,
                 found.hits
             );
+        }
+        if !is_refused {
+            let predicted: Vec<f64> = truth
+                .targets
+                .iter()
+                .map(|target| found.predicted_tre_mm(*target))
+                .collect();
+            self.taken.push([tre, rms(&predicted)]);
         }
         if tre < 2.0 {
             self.right += 1;
@@ -169,9 +179,24 @@ impl Count {
         100.0 * self.within as f64 / self.looked as f64
     }
 
+    /// Of those that were taken: how many, medians of the error and of what was predicted, the greatest ratio of the two, and how many were
+    /// off by more than three times what was predicted.
+    fn taken(&self) -> String {
+        let of = |k: usize| middle(&self.taken.iter().map(|both| both[k]).collect::<Vec<_>>());
+        let ratios = || self.taken.iter().map(|[tre, predicted]| tre / predicted);
+        format!(
+            "{}: {:.2}, {:.2}; {:.1}, {}",
+            self.taken.len(),
+            of(0),
+            of(1),
+            ratios().fold(0.0, f64::max),
+            ratios().filter(|ratio| *ratio > 3.0).count()
+        )
+    }
+
     pub(crate) fn line(&self, name: &str) -> String {
         format!(
-            "| {name} | {} of {} | {} | {} | {} | {}, {} | {:.2} | {:.2}, {:.2} | {:.1} | {:.2} | {:.2}, {:.2} |",
+            "| {name} | {} of {} | {} | {} | {} | {}, {} | {:.2} | {:.2}, {:.2} | {:.1} | {:.2} | {} | {:.2}, {:.2} |",
             self.right,
             self.runs,
             self.wrong,
@@ -185,6 +210,7 @@ impl Count {
             self.coverage(),
             // Of three degrees of freedom.
             self.squares.iter().sum::<f64>() / self.squares.len() as f64 / 3.0,
+            self.taken(),
             self.ms(),
             middle(&self.least_ms),
         )

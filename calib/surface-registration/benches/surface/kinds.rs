@@ -134,6 +134,9 @@ fn gate(refusal: &Refusal) -> &'static str {
         Refusal::Tail(_) => "tail",
         Refusal::Prior { .. } => "priors",
         Refusal::Moved { .. } => "moved",
+        Refusal::Drifted { .. } => "drifted",
+        Refusal::OneSided { .. } => "one-sided",
+        Refusal::SecondSurface(_) => "second surface",
     }
 }
 

@@ -49,6 +49,12 @@ pub(crate) enum Matter {
     Priors,
     /// And the probe's calibration has an error, which is told.
     Shared,
+    /// Soft tissue of so many mm on one side.
+    OneSided(f64),
+    /// This share of the points lies so many mm outside of the bone.
+    Raised(f64, f64),
+    /// The bone drifts by so many mm in all; in the order of a sweep, or coming back to each place.
+    Drifting(f64, bool),
 }
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -71,7 +77,9 @@ pub(crate) fn rows() -> Vec<Row> {
     // why: who moved, whose points are of the skin or of the other side is not the patient of that pose; a stroke along one line slides on itself.
     let kind_of = |matter| match matter {
         Matter::Moved(mm, _) if mm > 0.0 => Kind::Broken,
-        Matter::Skin | Matter::Mirrored => Kind::Broken,
+        Matter::Skin | Matter::Mirrored | Matter::OneSided(_) | Matter::Raised(..) | Matter::Drifting(..) => {
+            Kind::Broken
+        }
         Matter::Line => Kind::Weak,
         _ => Kind::Holds,
     };
@@ -217,6 +225,52 @@ pub(crate) fn rows() -> Vec<Row> {
         matter("moved by 2 mm, to and fro", with(0.1, all), Matter::Moved(2.0, false)),
         matter("moved by 3 mm, to and fro", with(0.1, all), Matter::Moved(3.0, false)),
         matter("moved by 5 mm, to and fro", with(0.1, all), Matter::Moved(5.0, false)),
+        matter(
+            "tissue of 1.5 mm on one side, pointer 40",
+            pointer(40, 0.0),
+            Matter::OneSided(1.5),
+        ),
+        matter(
+            "40 % raised by 3 mm, pointer 40",
+            pointer(40, 0.0),
+            Matter::Raised(0.4, 3.0),
+        ),
+        matter(
+            "drift of 2 mm, to and fro, pointer 40",
+            pointer(40, 0.0),
+            Matter::Drifting(2.0, false),
+        ),
+        matter(
+            "tissue of 1.5 mm on one side, pointer 100",
+            pointer(100, 0.0),
+            Matter::OneSided(1.5),
+        ),
+        matter(
+            "40 % raised by 3 mm, pointer 100",
+            pointer(100, 0.0),
+            Matter::Raised(0.4, 3.0),
+        ),
+        matter(
+            "drift of 2 mm, to and fro, pointer 100",
+            pointer(100, 0.0),
+            Matter::Drifting(2.0, false),
+        ),
+        matter(
+            "drift of 2 mm, in order, pointer 100",
+            pointer(100, 0.0),
+            Matter::Drifting(2.0, true),
+        ),
+        matter("clean, in order, pointer 100", pointer(100, 0.0), Matter::InOrder),
+        matter(
+            "tissue of 1.5 mm on one side, probe 200",
+            with(0.1, all),
+            Matter::OneSided(1.5),
+        ),
+        matter(
+            "drift of 2 mm, in order, probe 200",
+            with(0.1, all),
+            Matter::Drifting(2.0, true),
+        ),
         row(
             "one crest 20, 10 %, 10/10",
             Sweep {

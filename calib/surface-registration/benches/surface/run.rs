@@ -58,6 +58,17 @@ pub(crate) fn drawn(scene: &Scene, row: &Row, seed: u64) -> (Drawn, Option<Share
         Matter::Skin => drawn = change::skin(drawn),
         Matter::Line => drawn = change::line(drawn, 60),
         Matter::Mirrored => drawn = change::mirrored(drawn),
+        Matter::OneSided(mm) => change::one_sided(&mut drawn, &scene.surface, mm, seed),
+        Matter::Raised(share, mm) => {
+            let is_raised = |i: usize, _| Chance::new(seed, (1 << 50) + i as u64).uniform(0) < share;
+            change::raised(&mut drawn, &scene.surface, mm, is_raised);
+        }
+        Matter::Drifting(mm, is_in_order) => {
+            if is_in_order {
+                drawn = change::in_order(drawn);
+            }
+            change::drifting(&mut drawn, mm, seed);
+        }
         Matter::Shared => shared = Some(change::with_calibration_error(&mut drawn, CALIBRATION, seed)),
     }
     (drawn, shared)

@@ -16,6 +16,7 @@ pub(super) fn check<To: Frame, From: Frame>(
         depth_scale,
         offset_mm,
         bone_mm,
+        side_mm,
     } = options.priors;
     let effort = &options.effort;
     let counts = [
@@ -37,6 +38,7 @@ pub(super) fn check<To: Frame, From: Frame>(
         ("deviation of the depth scale", depth_scale, 0.0, 0.2, "0 to 0.2"),
         ("deviation of the surface's offset, mm", offset_mm, 0.0, 10.0, "0 to 10"),
         ("deviation of the bone's surface, mm", bone_mm, 0.0, 10.0, "0 to 10"),
+        ("deviation of what lies on one side, mm", side_mm, 0.0, 10.0, "0 to 10"),
         ("kernel's end, deviations", options.kernel_end, 2.0, 20.0, "2 to 20"),
         ("cosine of beams that face away", options.facing, -1.0, 1.0, "-1 to 1"),
         ("the least count of the effort", least, 1.0, f64::MAX, "1 and more"),

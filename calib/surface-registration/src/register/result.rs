@@ -13,7 +13,9 @@ use super::moved::{Halves, OrderCheck, halves};
 use super::normal::held;
 use super::parts::{Class, PointResult, inflation, kept, one};
 use super::rows::Rows;
+use super::second::{SecondSurface, second};
 use super::sensitivity::{GrossError, Sensitivity, sensitivity};
+use super::trend::{Linear, Trend, Trends, trends};
 
 /// Another minimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +82,12 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub halves: Option<Halves>,
     /// Whether it could be looked at all whether the bone moved: without it `halves` being `None` says nothing.
     pub order: OrderCheck,
+    /// How the pose goes with the order of the points; `None` where too few are left to say.
+    pub drift: Option<Trend>,
+    /// The side on which points lie outside of the bone, against the others; `None` where too few are left to say.
+    pub side: Option<Trend>,
+    /// A second surface among the points that were left out; `None` where they are spread as gross errors are.
+    pub second: Option<SecondSurface>,
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,
     pub(crate) radius_mm: f64,
@@ -128,7 +136,21 @@ pub(super) fn result<To: Frame, From: Frame>(
     let inflation = inflation(solver, &each, &cloud.votes, fitted);
     let answer = answer(&rows, points, &state, &held);
     let of_shared = |shared: &SharedError| answer * shared.covariance * answer.transpose();
-    let covariance = held * inflation + points.shared().map_or_else(Matrix8::zeros, of_shared);
+    // Of one start alone nothing is judged, and twenty of them a second have no time to spare.
+    let trends = match searched.seeds {
+        0 => Trends::none(),
+        _ => trends(&Linear {
+            points,
+            rows: &rows,
+            state: &state,
+            held: &held,
+            known: free * at.known() * free,
+            fitted,
+            end: solver.end,
+            side_mm: solver.priors.side_mm,
+        }),
+    };
+    let covariance = held * inflation + trends.adds + points.shared().map_or_else(Matrix8::zeros, of_shared);
     let pose = transform(&state, points)?;
     let centre = Point::<To>::new(state.shift.x, state.shift.y, state.shift.z);
     let about: Matrix6<f64> = covariance.fixed_view::<6, 6>(0, 0).into_owned();
@@ -158,6 +180,7 @@ pub(super) fn result<To: Frame, From: Frame>(
         });
     }
     others.sort_by(|a: &Other<To, From>, b| a.margin.total_cmp(&b.margin));
+    let second = second(cloud, &each);
     let (halves, order) = halves(solver, cloud, points.shared(), noise, &state);
     Ok(SurfaceRegistration {
         transform: uncertain,
@@ -183,6 +206,9 @@ pub(super) fn result<To: Frame, From: Frame>(
         landmark_ratio: landmark_ratio(&problem, &state),
         halves,
         order,
+        drift: trends.order,
+        side: trends.side,
+        second,
         centre: state.shift,
         radius_mm: cloud.radius_mm,
         costs,

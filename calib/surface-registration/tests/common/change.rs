@@ -4,7 +4,7 @@ use chance::Chance;
 use geometry::rotation::{Rotation, RotationMatrix, RotationVector};
 use geometry::{Ct, Point, Rigid, Tracker, Vector, checked};
 use nalgebra::{Matrix3, Matrix6, Vector3};
-use surface_registration::SharedError;
+use surface_registration::{SharedError, Surface};
 
 use super::draw::{Drawn, across};
 
@@ -54,6 +54,43 @@ pub(crate) fn moved(drawn: &mut Drawn, mm: f64, seed: u64) -> usize {
         point.place = pose.inverse() * (motion * (pose * point.place));
     }
     before
+}
+
+/// Soft tissue of so many mm lies between tip and bone on one side of the middle of the points; which one follows from the seed.
+pub(crate) fn one_sided(drawn: &mut Drawn, surface: &Surface<Ct>, mm: f64, seed: u64) {
+    let side = way(Chance::new(seed, 1 << 48), 0);
+    let middle = drawn.exact.iter().map(|p| V::from(p.mm())).sum::<V>() / drawn.exact.len() as f64;
+    raised(drawn, surface, mm, |_, p| side.dot(&(p - middle)) > 0.0);
+}
+
+/// The points that are chosen by their number and place lie so many mm outside of the bone.
+pub(crate) fn raised(drawn: &mut Drawn, surface: &Surface<Ct>, mm: f64, chosen: impl Fn(usize, V) -> bool) {
+    let tracked = drawn.ct_from_tracker.inverse();
+    for (i, (point, exact)) in drawn.points.iter_mut().zip(&drawn.exact).enumerate() {
+        if chosen(i, V::from(exact.mm())) {
+            let [x, y, z] = surface.distance(*exact).normal.map(|n| n * mm);
+            point.place = point.place + tracked * Vector::<Ct>::new(x, y, z);
+        }
+    }
+}
+
+/// The bone drifts evenly while the points are taken, by so many mm in all, in a direction that follows from the seed, and turns by a quarter
+/// of a degree for each. The truth is where it ends.
+pub(crate) fn drifting(drawn: &mut Drawn, mm: f64, seed: u64) {
+    let c = Chance::new(seed, 1 << 49);
+    let n = drawn.points.len();
+    let middle = drawn.exact.iter().map(|p| V::from(p.mm())).sum::<V>() / n as f64;
+    let (axis, along) = (way(c, 0), way(c, 10));
+    let pose = drawn.ct_from_tracker;
+    for (i, point) in drawn.points.iter_mut().enumerate() {
+        // What is still to come is missing.
+        let share = i as f64 / (n - 1) as f64 - 1.0;
+        let turn = (axis * (0.25 * mm * share).to_radians()).into();
+        let turn = Rotation::from_vector(RotationVector::new(turn).unwrap());
+        let shift = middle - V::from(turn.apply(middle.into())) + along * (mm * share);
+        let motion: Rigid<Ct, Ct> = Rigid::from_parts(turn, Vector::new(shift.x, shift.y, shift.z));
+        point.place = pose.inverse() * (motion * (pose * point.place));
+    }
 }
 
 /// Left for right: of the tracker's x.

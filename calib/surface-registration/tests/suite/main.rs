@@ -18,4 +18,5 @@ mod moved;
 mod next;
 mod oracle;
 mod planted;
+mod systematic;
 mod weak;
