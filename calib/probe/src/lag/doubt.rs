@@ -14,6 +14,7 @@ impl Fit<'_> {
     pub(super) fn not_beyond(&self, lag_s: f64) -> Result<(), LagError> {
         let most_s = self.options.most_s;
         let (first, last) = self.way.span();
+        // The same samples for every lag: sums of squares over different ones do not compare.
         let wide = Fit {
             way: self.way,
             options: self.options,
@@ -56,11 +57,13 @@ impl Fit<'_> {
             let own_s = part.golden(lag_s - reach, lag_s + reach);
             (own_s, part.sigma(own_s, &part.line(own_s)))
         };
+        // Two fits of fewer samples say nothing of the halves.
         if middle < LEAST {
             return Ok(sigma_s);
         }
         let (first, second) = (half(&self.samples[..middle]), half(&self.samples[middle..]));
         let apart = second.0 - first.0;
+        // The halves share no sample, so their errors are independent.
         let deviations = apart.abs() / first.1.hypot(second.1).max(f64::MIN_POSITIVE);
         if deviations > ONE_IN_1000 {
             return Err(LagError::Drifts {

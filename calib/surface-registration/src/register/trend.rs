@@ -134,6 +134,7 @@ impl<F: Frame> Linear<'_, F> {
             pull += z * (row.weight * row.deviations);
             both += z * row.slope.transpose() * row.weight;
         }
+        // What the pose and the other unknowns take up of the numbers, the points cannot show.
         let answer = both * self.held;
         let (mut scatter, mut seen) = (SMatrix::<f64, M, M>::zeros(), SMatrix::<f64, M, M>::identity() * known);
         let mut common = SMatrix::<f64, M, 6>::zeros();
@@ -158,6 +159,7 @@ impl<F: Frame> Linear<'_, F> {
             (rest / (left - m + TOLD_WORTH)).max(f64::MIN_POSITIVE)
         };
         let unit = tukey_scatter(self.end);
+        // What was known of the unknowns before, and what all points share, scatters beside the points' own errors.
         let mut given = answer * self.known * answer.transpose();
         if let Some(shared) = self.points.shared() {
             given += common * shared.covariance * common.transpose();

@@ -52,6 +52,7 @@ impl<F: Frame> Linear<'_, F> {
         for way in ways(&places) {
             let each: Vec<f64> = places.iter().map(|p| way.dot(p)).collect();
             let mut along = each.clone();
+            // Cut by shares of the points and not by mm, so that each part has points enough to tell.
             along.sort_by(f64::total_cmp);
             for share in CUTS {
                 let before = (share * along.len() as f64) as usize;
@@ -96,6 +97,7 @@ fn apart(looked: &[Looked]) -> f64 {
         let sum: f64 = a.iter().zip(b).map(|(a, b)| a[0] * b[0]).sum();
         sum / (norms[i] * norms[j]).max(f64::MIN_POSITIVE)
     };
+    // Sides overlap: looks at the same points are worth fewer independent ones.
     let values = DMatrix::from_fn(n, n, dot).symmetric_eigenvalues();
     let roots: f64 = values.iter().map(|l| l.max(0.0).sqrt()).sum();
     let sum: f64 = values.iter().map(|l| l.max(0.0)).sum();
