@@ -13,6 +13,9 @@ use bus::topic::{TISSUE, TISSUE_MESH, VIEW_FRAME};
 use geometry::{Ct, Model, Point};
 use phantom::Phantom;
 
+/// Of the scene here.
+const VOXEL_MM: f64 = 3.0;
+
 fn root() -> &'static std::path::Path {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -212,6 +215,12 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         let even = around
             .iter()
             .all(|d| [rest + *d, rest - *d].iter().all(|p| patient.hu(*p) == hu));
+        // A value between voxels is of all eight around it, and the farthest lies along a diagonal.
+        let corner = |k: u32| {
+            let [x, y, z] = [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { VOXEL_MM } else { -VOXEL_MM });
+            geometry::Vector::new(x, y, z)
+        };
+        let even = even && (0..8).all(|k| patient.hu(rest + corner(k)) == hu);
         let is_kidney = patient.structure(rest) == phantom::structure::KIDNEY_LEFT;
         let Some(now) = moved(mesh, places, rest).filter(|_| even && is_kidney) else {
             continue;
@@ -238,5 +247,6 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         seen += 1;
         far = far.max((now - rest).mm().iter().map(|x| x * x).sum::<f64>().sqrt());
     }
+    println!("{seen} places seen, moved by {far} mm");
     assert!(seen > 100 && far > 1.0, "{seen} places seen, moved by {far} mm");
 }

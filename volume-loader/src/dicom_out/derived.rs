@@ -10,6 +10,8 @@ mod error;
 mod items;
 pub(crate) mod segmentation;
 mod structure_set;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use context::Context;
 pub use error::DerivedError;

@@ -81,7 +81,7 @@ pub enum LagError {
     },
     /// Both halves of the recording have a lag of their own.
     #[error(
-        "the lag is {first_s:.3} s in the first half of the recording and {second_s:.3} s in the second, {deviations:.1} deviations apart: one          of the clocks goes faster than the other, or was set; one lag does not hold for both"
+        "the lag is {first_s:.3} s in the first half of the recording and {second_s:.3} s in the second, {deviations:.1} deviations apart: one of the clocks goes faster than the other, or was set; one lag does not hold for both"
     )]
     Drifts {
         /// Of the first half.

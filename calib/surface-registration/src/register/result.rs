@@ -86,7 +86,7 @@ pub struct SurfaceRegistration<To: Frame, From: Frame> {
     pub drift: Option<Trend>,
     /// The side on which points lie outside of the bone, against the others; `None` where too few are left to say.
     pub side: Option<Trend>,
-    /// A second surface among the points that were left out; `None` where they are spread as gross errors are.
+    /// Touched points that were left out near the bone, and how unlikely so many are; `None` where none of them is near.
     pub second: Option<SecondSurface>,
     /// The image of the middle of the points, mm, and their root mean square distance from it.
     pub(crate) centre: Vector3<f64>,

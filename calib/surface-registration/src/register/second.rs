@@ -28,7 +28,7 @@ const NEAR_MM: f64 = 5.0;
 /// The greatest share of gross errors that happen to be so small.
 const BY_CHANCE: f64 = 1.0 / 3.0;
 
-/// Looks for it; `None` where no more of them are near than chance makes.
+/// Looks for it; `None` where none of them is near.
 pub(super) fn second(cloud: &Cloud, each: &[PointResult]) -> Option<SecondSurface> {
     // why: echoes of an ultrasound probe often lie shortly before the bone, of a right pose too.
     let is_touched_out = |(i, point): &(usize, &PointResult)| {

@@ -220,12 +220,14 @@ impl PointsArgs {
                 markups::write(&Markups { markups, left_out_keys }, PatientAxes::Lps).into_bytes()
             }
             Format::Dicom => {
-                let points = markups.iter().flat_map(|markup| &markup.points);
-                let points: Vec<_> = points.map(|point| (point.label.clone(), point.position.mm())).collect();
-                bus::stderr_line!(
-                    "pilot: {}: diameters and stop distances are not in it, as a point of DICOM has none",
-                    path.display()
-                );
+                let all = || markups.iter().flat_map(|markup| &markup.points);
+                let points: Vec<_> = all().map(|point| (point.label.clone(), point.position.mm())).collect();
+                if all().any(|point| !point.description.is_empty()) {
+                    bus::stderr_line!(
+                        "pilot: {}: diameters and stop distances are not in it, as a point of DICOM has none",
+                        path.display()
+                    );
+                }
                 structure_set(&points).map_err(|source| FileError::NotDerived { path: owned(), source })?
             }
             Format::Fcsv => {

@@ -29,21 +29,17 @@ const COPIED: [(Tag, VR, DicomTag); 10] = [
     (tag(0x0020, 0x1040), VR::LO, tags::POSITION_REFERENCE_INDICATOR),
 ];
 
-/// What is read beside what is always read.
-const READ: [(Tag, &str); 12] = [
-    (el::CHARACTER_SET, "SpecificCharacterSet"),
-    (el::STUDY_DATE, "StudyDate"),
-    (tag(0x0008, 0x0030), "StudyTime"),
-    (tag(0x0008, 0x0050), "AccessionNumber"),
-    (tag(0x0008, 0x0090), "ReferringPhysicianName"),
-    (el::PATIENT_NAME, "PatientName"),
-    (el::PATIENT_ID, "PatientID"),
-    (el::BIRTH_DATE, "PatientBirthDate"),
-    (el::SEX, "PatientSex"),
-    (tag(0x0020, 0x0010), "StudyID"),
-    (tag(0x0020, 0x1040), "PositionReferenceIndicator"),
-    (el::SOP_INSTANCE, "SOPInstanceUID"),
-];
+/// What is read beside what is always read: all that is copied, the characters that it is written in, and the file's own identifier.
+const READ: [(Tag, &str); 12] = {
+    let mut all = [(el::CHARACTER_SET, "SpecificCharacterSet"); 12];
+    all[1] = (el::SOP_INSTANCE, "SOPInstanceUID");
+    let mut at = 0;
+    while at < COPIED.len() {
+        all[at + 2] = (COPIED[at].0, "");
+        at += 1;
+    }
+    all
+};
 
 /// Most characters of an identifier (PS3.5 section 9.1).
 const MOST_OF_IDENTIFIER: usize = 64;

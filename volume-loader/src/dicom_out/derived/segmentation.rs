@@ -4,7 +4,9 @@
 //! the structures are; of each other segment there are those between its first and its last plane. Places are those of the map's voxels, also
 //! where a tilted gantry sheared them. Segments count from 1 without a gap, as the standard wants it of this kind.
 
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use bus::message::VolumeHash;
@@ -64,6 +66,8 @@ pub(crate) fn write(
     let partial = Partial::create(path)?;
     let mut file = partial.file()?;
     let failed = io(path, "write it");
+    // It names the patient.
+    file.set_permissions(Permissions::from_mode(0o600)).map_err(&failed)?;
     file.write_all(&header).map_err(&failed)?;
     file.write_all(&pixel_header(length)).map_err(&failed)?;
     write_frames(map, segments, &frames, |bytes| file.write_all(bytes).map_err(&failed))?;
