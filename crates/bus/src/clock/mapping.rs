@@ -278,6 +278,8 @@ impl Mapping {
             Side::Behind => &mut self.behind,
         };
         let set_back = trial.law.above(&self.law, device_ns);
+        // The old law is of a clock that was not set: at the stamp of the new one it has gone on by the skew for as long as the step is.
+        let set_back = (set_back as f64 / (1.0 + self.law.skew().now)).round() as i128;
         std::mem::swap(&mut self.law, &mut trial.law);
         self.trials().into_iter().for_each(Trial::forget);
         self.creep.forget();

@@ -120,6 +120,49 @@ fn a_clock_that_jumps_back_by_hours_is_followed_and_told() {
     assert!((last - 659 * PERIOD).abs() < MS, "{last}");
 }
 
+/// A step of an hour was told with the skew's part of an hour: 3600.072 s at 20 ppm.
+#[test]
+fn the_size_of_a_step_is_not_that_of_the_skew() {
+    for (skew_ppm, by) in [(20, HOUR), (20, -HOUR / 2), (-150, HOUR), (-150, -HOUR / 2)] {
+        let mut mapping = mapping();
+        // A minute: the skew is known to some ppm.
+        let stamp = |k: i64| START + k * PERIOD + k * PERIOD * skew_ppm / 1_000_000;
+        run(&mut mapping, 0..3600, stamp);
+        let after = run(&mut mapping, 3600..3660, |k| stamp(k) + by);
+        let told = events(&after);
+        let [Event::Step { by_ns }] = told[..] else {
+            panic!("{skew_ppm} {by}: {told:?}")
+        };
+        // Without jitter the skew is known to 0.1 ppm, and 0.36 ms of an hour are left.
+        assert!((by_ns - by).abs() < MS / 2, "{skew_ppm} {by}: off by {} ns", by_ns - by);
+    }
+}
+
+/// A crystal beyond the greatest skew, from the beginning and for ever: what the law cannot follow looks like a queue that grows.
+#[test]
+fn a_clock_beyond_the_greatest_skew_is_never_put_late_and_a_slow_one_is_said_to_wait() {
+    for skew_ppm in [1000_i64, -300, -1000] {
+        let mut mapping = mapping();
+        let stamp = |k: i64| START + k * PERIOD + k * PERIOD * skew_ppm / 1_000_000;
+        let all = run(&mut mapping, 0..36_000, stamp);
+        // The law rests on a frame of the last 20 s.
+        let most_early = 20_000 * MS * skew_ppm.min(0).abs() / 1_000_000;
+        for (k, mapped) in (0..).zip(&all) {
+            let early = k * PERIOD - mapped.capture_ns;
+            assert!((0..=most_early).contains(&early), "{skew_ppm}: frame {k} by {early} ns");
+        }
+        // By what it is slower than 200 ppm for 600 s, to what the law is early by.
+        let beyond = (skew_ppm.min(0).abs() - 200).max(0);
+        let waited = all.last().map_or(0, |mapped| mapped.waited_ns);
+        let expected = beyond * 600 * MS / 1000;
+        assert!(
+            (waited - expected).abs() <= most_early,
+            "{skew_ppm}: {waited} for {expected}"
+        );
+        assert_eq!(events(&all), []);
+    }
+}
+
 /// CLOCK_MONOTONIC stands while a machine sleeps: a device's clock is then a minute ahead.
 #[test]
 fn a_receiver_that_slept_for_a_minute_sees_a_step() {
