@@ -9,6 +9,7 @@
 mod carries;
 mod forged;
 mod keys;
+mod names;
 mod peers;
 mod probed;
 mod python;

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use rcgen::{
     BasicConstraints, CertificateParams, CertifiedIssuer, DistinguishedName, DnType,
-    ExtendedKeyUsagePurpose as Purpose, IsCa, KeyPair,
+    ExtendedKeyUsagePurpose as Purpose, IsCa, Issuer, KeyPair,
 };
-use remote_proc::link::keys::Side;
+use remote_proc::link::keys::{AUTHORITY, AUTHORITY_KEY, Keys, Side};
 use time::{Duration, OffsetDateTime};
 
 /// What a certificate says; [`Says::of`] is that of a good one.
@@ -48,7 +48,10 @@ impl Says {
 }
 
 /// An authority.
-pub(crate) struct Authority(CertifiedIssuer<'static, KeyPair>);
+pub(crate) struct Authority {
+    pem: String,
+    issuer: Issuer<'static, KeyPair>,
+}
 
 impl Authority {
     pub(crate) fn new(name: &str) -> Self {
@@ -64,17 +67,34 @@ impl Authority {
         };
         let mut params = says.params();
         params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
-        Self(CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap())
+        let made = CertifiedIssuer::self_signed(params.clone(), KeyPair::generate().unwrap()).unwrap();
+        Self {
+            pem: made.pem(),
+            issuer: Issuer::new(params, KeyPair::from_pem(&made.key().serialize_pem()).unwrap()),
+        }
+    }
+
+    /// The one whose keys `remote-proc keys` put into this folder: what it signs here, the sender's own rules have to tell apart.
+    pub(crate) fn of_folder(folder: &Path) -> Self {
+        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+        let mut params = CertificateParams::default();
+        params.distinguished_name = DistinguishedName::new();
+        let name = Keys::load(folder, Side::Receiver).unwrap().authority_name().to_owned();
+        params.distinguished_name.push(DnType::CommonName, name);
+        Self {
+            pem: read(AUTHORITY),
+            issuer: Issuer::new(params, KeyPair::from_pem(&read(AUTHORITY_KEY)).unwrap()),
+        }
     }
 
     pub(crate) fn pem(&self) -> String {
-        self.0.pem()
+        self.pem.clone()
     }
 
     /// A certificate and its private key, as PEM.
     pub(crate) fn signs(&self, says: &Says) -> (String, String) {
         let key = KeyPair::generate().unwrap();
-        let certificate = says.params().signed_by(&key, &self.0).unwrap();
+        let certificate = says.params().signed_by(&key, &self.issuer).unwrap();
         (certificate.pem(), key.serialize_pem())
     }
 

@@ -84,9 +84,7 @@ impl Room {
 
     /// A receiver, whose subscription has arrived at the sender.
     pub(crate) fn receiver(&self) -> Screen {
-        let session = zenoh::open(self.receiver_config()).wait().unwrap();
-        let heard = listen(&session);
-        let screen = Screen { session, heard };
+        let screen = Screen::open(self.receiver_config()).unwrap();
         // Its subscription went out before this query on the same link.
         assert_eq!(screen.ask("trocar/1/clock"), ["the sender's"]);
         screen
@@ -112,6 +110,18 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
+    /// Connects, and asks for everything; whether it is let in and given something is another matter.
+    pub(crate) fn open(config: Config) -> zenoh::Result<Self> {
+        let session = zenoh::open(config).wait()?;
+        let heard = listen(&session);
+        Ok(Self { session, heard })
+    }
+
+    /// All that arrived up to now.
+    pub(crate) fn heard(&self) -> Vec<String> {
+        self.heard.try_iter().collect()
+    }
+
     /// All that arrived up to this message.
     pub(crate) fn heard_until(&self, last: &str) -> Vec<String> {
         let mut all = Vec::new();
