@@ -13,7 +13,9 @@
 mod cable;
 mod cuts;
 mod organs;
+mod pieces;
 mod pilot;
 mod refused;
 mod rig;
 mod shown;
+mod wire;
