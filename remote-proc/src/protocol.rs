@@ -27,6 +27,8 @@ pub const CLOCK: &str = "trocar/1/clock";
 pub const PIECE: &str = "trocar/1/volume";
 /// Answers with a [`MeshPiece`] of the organs at rest.
 pub const MESH: &str = "trocar/1/tissue-mesh";
+/// Keys that a receiver asks, and the sender answers.
+pub const ASKED: [&str; 4] = [FACTS, CLOCK, PIECE, MESH];
 /// Stored values of a piece; the last has what is left.
 pub const PIECE_VALUES: usize = 1 << 16;
 /// Bytes of the coordinates of a state, at most: of a third of a million nodes.
@@ -111,6 +113,11 @@ impl Channel {
     }
 }
 
+/// Every key of the link: those that the sender publishes, and those that it answers.
+pub fn keys() -> impl Iterator<Item = &'static str> {
+    Channel::ALL.into_iter().map(Channel::key).chain(ASKED)
+}
+
 /// What both ends must understand alike: the versioned names of all that goes over, with their sizes.
 pub fn payloads() -> Vec<String> {
     let channels = Channel::ALL
@@ -162,8 +169,7 @@ mod tests {
 
     #[test]
     fn every_channel_has_its_own_key_below_one_root() {
-        let mut keys: Vec<&str> = Channel::ALL.iter().map(|channel| channel.key()).collect();
-        keys.extend([FACTS, CLOCK, PIECE, MESH]);
+        let mut keys: Vec<&str> = keys().collect();
         assert!(keys.iter().all(|key| key.starts_with(&format!("trocar/{VERSION}/"))));
         keys.sort_unstable();
         keys.dedup();

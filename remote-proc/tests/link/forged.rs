@@ -2,10 +2,11 @@
 
 use remote_proc::link::endpoint::Transport;
 use remote_proc::link::keys::Side;
+use remote_proc::protocol::{ASKED, keys};
 use zenoh::{Config, Wait};
 
 use crate::support::authority::{Authority, Says};
-use crate::support::forger::{Shows, config, forge, lie_in_wait};
+use crate::support::forger::{ELSEWHERE, Shows, config, forge, lie_in_wait};
 use crate::support::room::Room;
 
 const MODES: [&str; 3] = ["client", "peer", "router"];
@@ -51,13 +52,7 @@ fn attacked(room: &Room, config: Config) -> (Vec<String>, Vec<String>, Vec<Strin
     room.session.put("trocar/1/event", "last").wait().unwrap();
     let heard = screen.heard_until("trocar/1/event last");
     let mut answers = Vec::new();
-    for key in [
-        "trocar/1/clock",
-        "trocar/1/facts",
-        "trocar/1/volume",
-        "trocar/1/pose",
-        "trocar/1/**",
-    ] {
+    for key in keys().chain(ELSEWHERE) {
         answers.extend(screen.ask(key));
     }
     (room.heard(), heard, answers, asked.count())
@@ -76,7 +71,7 @@ fn a_forger_with_a_receivers_certificate_or_on_loopback_reaches_nobody() {
             let (sender, receiver, answers, asked) = attacked(&room, config);
             assert_eq!(sender, [""; 0], "{transport:?} {mode}");
             assert_eq!(receiver, ["trocar/1/event last"], "{transport:?} {mode}");
-            assert_eq!(answers, ["the sender's"; 6], "{transport:?} {mode}");
+            assert_eq!(answers, ["the sender's"; ASKED.len()], "{transport:?} {mode}");
             assert_eq!(asked, 0, "{transport:?} {mode}");
         }
     }
@@ -89,7 +84,11 @@ fn without_access_control_a_receiver_does_inject_into_another_through_the_sender
     let config = config("client", &room.endpoint, &receivers(&room), room.keys.path());
     let (sender, receiver, answers, asked) = attacked(&room, config);
     for heard in [sender, receiver] {
-        assert!(heard.contains(&"trocar/1/pose forged".to_owned()) && heard.contains(&"trocar/1/pose -".to_owned()));
+        for key in keys().chain(["trocar/1/no/such/key"]) {
+            for what in ["forged", "-"] {
+                assert!(heard.contains(&format!("{key} {what}")), "{key} {what}: {heard:?}");
+            }
+        }
     }
     assert!(answers.contains(&"forged".to_owned()) && asked > 0);
 }

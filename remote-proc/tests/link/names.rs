@@ -2,6 +2,7 @@
 
 use remote_proc::link::endpoint::Transport;
 use remote_proc::link::keys::Side;
+use remote_proc::protocol::ASKED;
 
 use zenoh::Wait;
 
@@ -30,8 +31,8 @@ fn named(name: &str) -> Says {
 
 /// All answers to questions on every key that the sender answers.
 fn answers(screen: &Screen) -> Vec<String> {
-    let keys = ["trocar/1/facts", "trocar/1/clock", "trocar/1/volume", "trocar/1/**"];
-    keys.into_iter().flat_map(|key| screen.ask(key)).collect()
+    let keys = ASKED.into_iter().chain(["trocar/1/**"]);
+    keys.flat_map(|key| screen.ask(key)).collect()
 }
 
 /// What somebody of this name is answered, and what it hears of a message that every receiver has.

@@ -1,6 +1,6 @@
-"""A forger of another make: puts, deletes and lies on every key that it can think of.
+"""A forger of another make: puts, deletes and lies on every key that it is given, comma between them.
 
-Usage: forge.py MODE ENDPOINT [AUTHORITY [CERTIFICATE KEY]]
+Usage: forge.py MODE ENDPOINT KEYS [AUTHORITY [CERTIFICATE KEY]]
 
 Prints one line of JSON: {"open": false} where no session came about, else what a query brought back and how often its own
 queryables were asked, {"open": true, "answers": [...], "asked": 0}. After that it stays until its standard input ends.
@@ -11,7 +11,6 @@ import sys
 
 import zenoh
 
-KEYS = ["pose", "guide", "markers", "event", "clock", "facts", "volume", "no/such/key", "**"]
 asked = 0
 
 
@@ -45,11 +44,12 @@ def lie(query):
 
 def main():
     try:
-        session = zenoh.open(config(*sys.argv[1:]))
+        mode, endpoint, keys, *files = sys.argv[1:]
+        session = zenoh.open(config(mode, endpoint, *files))
     except zenoh.ZError:
         print(json.dumps({"open": False}), flush=True)
         return
-    keys = ["trocar/1/" + key for key in KEYS] + ["trocar/**", "**"]
+    keys = keys.split(",")
     held = [session.declare_queryable(key, lie, complete=True, allowed_origin=zenoh.Locality.REMOTE) for key in keys]
     for key in keys:
         session.put(key, "forged")

@@ -11,28 +11,28 @@ use serde_json::{Value, json};
 use super::Setting;
 use crate::link::endpoint::Transport;
 use crate::link::keys::Side;
+use crate::protocol::{ASKED, Channel};
 
-/// All keys of a link. Nothing else is sent or taken.
+/// Where all keys of a link lie.
 pub const KEYS: &str = "trocar/1/**";
 /// The longest payload and attachment of a query together, in bytes.
 pub const LONGEST_QUERY: usize = 4096;
 
 /// The settings of one side.
 pub(super) fn of(side: Side, transport: Transport) -> Vec<Setting> {
-    let (peer, comes, goes): (_, &[&str], &[&str]) = match side {
-        // A receiver asks and is told who can answer; it hears of the other receivers nothing.
-        Side::Sender => (
-            Side::Receiver,
-            &["declare_subscriber", "query"],
-            &["put", "reply", "declare_queryable"],
-        ),
-        Side::Receiver => (
-            Side::Sender,
-            &["put", "reply", "declare_queryable"],
-            &["declare_subscriber", "query"],
-        ),
+    // A receiver asks and is told who can answer; it hears of the other receivers nothing.
+    let (peer, asks, tells) = match side {
+        Side::Sender => (Side::Receiver, "ingress", "egress"),
+        Side::Receiver => (Side::Sender, "egress", "ingress"),
     };
-    let rules = [rule("comes", "ingress", comes), rule("goes", "egress", goes)];
+    // Key by key: with a wildcard a receiver could subscribe to any number of keys that nobody publishes.
+    let followed = Channel::ALL.map(Channel::key);
+    let rules = [
+        rule("follows", asks, &["declare_subscriber"], &followed),
+        rule("asks", asks, &["query"], &ASKED),
+        rule("tells", tells, &["put"], &followed),
+        rule("answers", tells, &["reply", "declare_queryable"], &ASKED),
+    ];
     let mut subject = json!({ "id": "peer" });
     match transport {
         Transport::Tls => {
@@ -46,7 +46,7 @@ pub(super) fn of(side: Side, transport: Transport) -> Vec<Setting> {
         "default_permission": "deny",
         "rules": rules,
         "subjects": [subject],
-        "policies": [{ "id": "link", "rules": ["comes", "goes"], "subjects": ["peer"] }],
+        "policies": [{ "id": "link", "rules": ["follows", "asks", "tells", "answers"], "subjects": ["peer"] }],
     });
     let mut settings = vec![("access_control", access)];
     if side == Side::Sender {
@@ -58,6 +58,6 @@ pub(super) fn of(side: Side, transport: Transport) -> Vec<Setting> {
     settings
 }
 
-fn rule(id: &str, flow: &str, messages: &[&str]) -> Value {
-    json!({ "id": id, "flows": [flow], "messages": messages, "permission": "allow", "key_exprs": [KEYS] })
+fn rule(id: &str, flow: &str, messages: &[&str], keys: &[&str]) -> Value {
+    json!({ "id": id, "flows": [flow], "messages": messages, "permission": "allow", "key_exprs": keys })
 }

@@ -2,11 +2,19 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
+use remote_proc::protocol::keys;
+use zenoh::qos::Priority;
+use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::Locality;
 use zenoh::{Config, Session, Wait};
 
-use super::room::{KEYS, ask};
+/// Longer than anything here takes on a busy machine; nothing is measured by it.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A key that nobody thought of, and those that match all.
+pub(crate) const ELSEWHERE: [&str; 4] = ["trocar/1/no/such/key", "trocar/1/**", "trocar/**", "**"];
 
 /// What a forger shows: the files that he trusts and shows, each as PEM.
 pub(crate) struct Shows {
@@ -55,7 +63,7 @@ impl Asked {
 /// Declares queryables that lie, on every key and for all of them.
 pub(crate) fn lie_in_wait(session: &Session) -> Asked {
     let asked = Asked::default();
-    for key in KEYS.into_iter().chain(["trocar/1/**", "trocar/**", "**"]) {
+    for key in keys().chain(ELSEWHERE) {
         let asked = asked.clone();
         let lie = move |query: zenoh::query::Query| {
             asked.0.fetch_add(1, Ordering::SeqCst);
@@ -77,17 +85,40 @@ pub(crate) fn lie_in_wait(session: &Session) -> Asked {
 /// Puts and deletes on every key, by publishers and without, waits until the sender has seen all of it, and returns what the sender
 /// answers to a query.
 pub(crate) fn forge(session: &Session) -> Vec<String> {
-    for key in KEYS {
+    forge_with(session, |_| b"forged".to_vec())
+}
+
+/// The same, with what `body` makes for each key.
+pub(crate) fn forge_with(session: &Session, body: impl Fn(&str) -> Vec<u8>) -> Vec<String> {
+    for key in keys().chain(ELSEWHERE) {
+        session.put(key, body(key)).priority(Priority::RealTime).wait().unwrap();
+        session.put(key, body(key)).wait().unwrap();
+        session.delete(key).wait().unwrap();
+        if key.contains('*') {
+            continue;
+        }
         let publisher = session.declare_publisher(key).wait().unwrap();
-        publisher.put("forged").wait().unwrap();
-        session.put(key, "forged").wait().unwrap();
-        session.delete(key).wait().unwrap();
+        publisher.put(body(key)).wait().unwrap();
         drop(session.liveliness().declare_token(key).wait().unwrap());
-    }
-    for key in ["trocar/1/**", "trocar/**", "**"] {
-        session.put(key, "forged").wait().unwrap();
-        session.delete(key).wait().unwrap();
     }
     // Behind them on the same link, so that what it brings back comes after they were looked at.
     ask(session, "trocar/1/facts")
+}
+
+/// Every reply to a query, of whoever answers.
+pub(crate) fn ask(session: &Session, key: &str) -> Vec<String> {
+    let query = session
+        .get(key)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None);
+    let replies = query.timeout(PATIENCE).wait().unwrap();
+    let mut texts = Vec::new();
+    while let Ok(reply) = replies.recv() {
+        let text = |payload: &zenoh::bytes::ZBytes| String::from_utf8_lossy(&payload.to_bytes()).into_owned();
+        texts.push(match reply.result() {
+            Ok(sample) => text(sample.payload()),
+            Err(error) => text(error.payload()),
+        });
+    }
+    texts
 }

@@ -1,30 +1,16 @@
 //! A sender's session that publishes and answers, and receivers of it.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
 
 use remote_proc::link::config;
 use remote_proc::link::endpoint::{Endpoint, Transport};
 use remote_proc::link::keys::{self, Keys, Side};
+use remote_proc::protocol::{ASKED, keys as all_keys};
 use tempfile::TempDir;
-use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::{Locality, SampleKind};
 use zenoh::{Config, Session, Wait};
 
-/// Longer than anything here takes on a busy machine; nothing is measured by it.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Everything that a link is meant to carry, and a key that nobody thought of.
-pub(crate) const KEYS: [&str; 8] = [
-    "trocar/1/pose",
-    "trocar/1/guide",
-    "trocar/1/markers",
-    "trocar/1/event",
-    "trocar/1/clock",
-    "trocar/1/facts",
-    "trocar/1/volume",
-    "trocar/1/no/such/key",
-];
+use super::forger::{PATIENCE, ask};
 
 /// The sender's room.
 pub(crate) struct Room {
@@ -92,7 +78,7 @@ impl Room {
 
     /// Puts a message on every key.
     pub(crate) fn put_all(&self, text: &str) {
-        for key in KEYS {
+        for key in all_keys() {
             self.session.put(key, text).wait().unwrap();
         }
     }
@@ -137,23 +123,6 @@ impl Screen {
     }
 }
 
-/// Every reply to a query, of whoever answers.
-pub(crate) fn ask(session: &Session, key: &str) -> Vec<String> {
-    let query = session
-        .get(key)
-        .target(QueryTarget::All)
-        .consolidation(ConsolidationMode::None);
-    let replies = query.timeout(PATIENCE).wait().unwrap();
-    let mut texts = Vec::new();
-    while let Ok(reply) = replies.recv() {
-        texts.push(match reply.result() {
-            Ok(sample) => sample.payload().try_to_string().unwrap().into_owned(),
-            Err(error) => error.payload().try_to_string().unwrap().into_owned(),
-        });
-    }
-    texts
-}
-
 fn private() -> std::fs::Permissions {
     std::os::unix::fs::PermissionsExt::from_mode(0o700)
 }
@@ -168,17 +137,27 @@ fn listen(session: &Session) -> Receiver<String> {
         };
         let _: Result<(), _> = Sender::send(&tell, format!("{} {text}", sample.key_expr()));
     };
-    let subscriber = session
-        .declare_subscriber(config::KEYS)
-        .callback(note)
-        .allowed_origin(Locality::Remote);
-    subscriber.background().wait().unwrap();
+    // Key by key, as no wildcard may be followed.
+    for key in all_keys() {
+        follow(session, key, note.clone());
+    }
+    // What is no key of the link is noted too, by what may come where the rules do not hold.
+    follow(session, "**", move |sample| {
+        if all_keys().all(|key| key != sample.key_expr().as_str()) {
+            note(sample);
+        }
+    });
     heard
+}
+
+fn follow(session: &Session, key: &str, note: impl Fn(zenoh::sample::Sample) + Send + Sync + 'static) {
+    let subscriber = session.declare_subscriber(key).callback(note);
+    subscriber.allowed_origin(Locality::Remote).background().wait().unwrap();
 }
 
 /// Answers the queries that a sender answers.
 fn answer(session: &Session) {
-    for key in ["trocar/1/clock", "trocar/1/facts", "trocar/1/volume"] {
+    for key in ASKED {
         let say = |query: zenoh::query::Query| {
             let key = query.key_expr().clone();
             let _: Result<(), _> = query.reply(key, "the sender's").wait();
