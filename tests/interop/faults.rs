@@ -3,13 +3,16 @@
 use std::time::Duration;
 
 use igtl::{Body, Message};
+use serde_json::Value;
 
 use crate::peers;
 use crate::poses::assert_rows;
 use crate::rig::{Raw, Rig};
-use crate::support::proxy::{Fault, through};
+use crate::support::proxy::{Fault, cut_step, through};
 
 const PACE: Duration = Duration::from_millis(4);
+/// Poses that are published to somebody whose network has fallen silent: 2 s, in which a client has long connected and read.
+const SILENT_POSES: u64 = 500;
 
 /// Every pose is one that was published, each newer than the one before; how many there were.
 fn assert_poses(lines: &[String]) -> usize {
@@ -48,25 +51,62 @@ fn what_comes_late_in_bytes_or_after_a_stall_is_what_was_published() {
 }
 
 #[test]
-fn pyigtl_takes_what_was_published_late_and_in_bytes() {
+fn pyigtl_takes_what_was_published_late_in_bytes_and_after_a_stall() {
     let rig = Rig::new();
     let mut seq = 0;
-    for fault in [Fault::Delay(Duration::from_millis(60)), Fault::BytesOfBoth] {
+    for fault in [
+        Fault::Delay(Duration::from_millis(60)),
+        Fault::BytesOfBoth,
+        Fault::StallBehind(500, Duration::from_millis(300)),
+    ] {
         let address = through(fault, rig.address);
         let Some(mut child) = peers::python(address, &["two", "20"]) else {
             return;
         };
         seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
-        for message in peers::printed(child).as_array().unwrap() {
-            let rows = message["matrix"].as_array().unwrap()[..3].iter();
-            let rows: Vec<f64> = rows
-                .flat_map(|row| row.as_array().unwrap())
-                .map(|n| n.as_f64().unwrap())
-                .collect();
-            let seq = assert_rows(&rows);
-            assert_eq!(message["metadata"]["PoseNumber"], seq.to_string());
-            assert_eq!(message["metadata"]["TransformStatus"], "OK");
+        peers::printed(child)
+            .as_array()
+            .unwrap()
+            .iter()
+            .for_each(assert_published);
+    }
+}
+
+/// What pyigtl made of a pose is what was published with its number.
+fn assert_published(message: &Value) {
+    let rows = message["matrix"].as_array().unwrap()[..3].iter();
+    let rows: Vec<f64> = rows
+        .flat_map(|row| row.as_array().unwrap())
+        .map(|n| n.as_f64().unwrap())
+        .collect();
+    let seq = assert_rows(&rows);
+    assert_eq!(message["metadata"]["PoseNumber"], seq.to_string());
+    assert_eq!(message["metadata"]["TransformStatus"], "OK");
+}
+
+/// A reader of pyigtl behind a network that is cut, or falls silent and says nothing: what it has read until then was published.
+#[test]
+fn pyigtl_has_read_nothing_that_was_not_published_where_its_network_ends() {
+    let rig = Rig::new();
+    let mut seq = 0;
+    let cuts = (0..=1200).step_by(cut_step(157)).map(Fault::CutBehind);
+    for fault in cuts.chain([500, 1111].map(Fault::SilentBehind)) {
+        let Some(mut child) = peers::python(through(fault, rig.address), &["each", "500"]) else {
+            return;
+        };
+        if let Fault::SilentBehind(_) = fault {
+            // It would wait for ever.
+            seq = rig.poses_until(PACE, seq, Some(&mut child), SILENT_POSES);
+            child.kill().unwrap();
         }
+        seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
+        let output = child.wait_with_output().unwrap();
+        assert!(!output.status.success(), "{fault:?}: it read all of 500");
+        let lines = String::from_utf8(output.stdout).unwrap();
+        lines
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .for_each(|message: Value| assert_published(&message));
     }
 }
 
@@ -110,9 +150,18 @@ fn a_cxx_client_that_is_cut_off_has_read_nothing_that_was_not_published() {
     let Some(peer) = peers::cxx() else { return };
     let rig = Rig::new();
     let mut seq = 0;
-    for at in [1, 57, 58, 59, 100, 3000, 3031, 3062, 3093, 3124] {
-        let address = through(Fault::CutBehind(at), rig.address);
-        let mut child = peers::start(peer, address, &["listen", "500"]);
+    let places: Vec<usize> = match cut_step(0) {
+        0 => vec![1, 57, 58, 59, 100, 3000, 3031, 3062, 3093, 3124],
+        _ => (0..320).chain(3000..3125).collect(),
+    };
+    let silent = [500, 3031].map(Fault::SilentBehind);
+    for fault in places.into_iter().map(Fault::CutBehind).chain(silent) {
+        let mut child = peers::start(peer, through(fault, rig.address), &["listen", "500"]);
+        if let Fault::SilentBehind(_) = fault {
+            // It would wait for ever.
+            seq = rig.poses_until(PACE, seq, Some(&mut child), SILENT_POSES);
+            child.kill().unwrap();
+        }
         seq = rig.poses_until(PACE, seq, Some(&mut child), u64::MAX);
         let output = child.wait_with_output().unwrap();
         let lines: Vec<String> = String::from_utf8_lossy(&output.stdout)
@@ -120,7 +169,8 @@ fn a_cxx_client_that_is_cut_off_has_read_nothing_that_was_not_published() {
             .map(str::to_owned)
             .collect();
         let poses = assert_poses(&lines);
-        assert!(at < 3000 || poses > 5, "{at} {lines:#?}");
+        let is_early = matches!(fault, Fault::CutBehind(..3000) | Fault::SilentBehind(_));
+        assert!(is_early || poses > 5, "{fault:?} {lines:#?}");
     }
 }
 

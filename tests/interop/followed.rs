@@ -13,7 +13,7 @@ use bus::message::{CaptureClock, Lost, MarkerFrame};
 
 use crate::peers::cxx_server;
 use crate::support::frames::{Watch, is_disconnected, is_seen, patient, status_says, tool};
-use crate::support::proxy::{Fault, Proxy};
+use crate::support::proxy::{Fault, Proxy, cut_step};
 use crate::support::{Pilot, SMALL, World, wait_for};
 
 /// The server, as a process.
@@ -130,12 +130,15 @@ fn follows_through(network: &Proxy, watch: &Watch, step: usize) {
         network.set(fault);
         until(watch, "poses through it", 60, is_whole);
     }
+    // For less than it may be silent for.
+    network.set(Fault::StallBehind(0, Duration::from_millis(300)));
+    until(watch, "poses after a stall", 60, is_whole);
     network.set(Fault::Stall);
     until(watch, "the end of a silent connection", 1, is_disconnected);
     network.set(Fault::None);
     until(watch, "poses after it", 5, is_whole);
     // In the header, in the body and between two messages.
-    for at in (0..=106).step_by(step) {
+    for at in (0..=106).step_by(cut_step(step)) {
         network.set(Fault::Cut(at, is_any));
         until(watch, "the end of a cut connection", 1, is_disconnected);
         until(watch, "poses after it", 2, is_whole);
@@ -256,6 +259,44 @@ fn version_1_is_found_out_where_connections_are_confirmed() {
 /// The program of the server, for whoever starts it otherwise.
 pub(crate) fn program() -> Option<&'static Path> {
     cxx_server()
+}
+
+/// An image that is cut off is none, and the next ones are whole.
+#[test]
+fn images_and_poses_are_followed_through_a_network_that_fails() {
+    let Some(server) = Server::start("images") else { return };
+    let network = Proxy::to(server.port);
+    let world = World::new();
+    let (pilot, watch) = start(&world, network.port, &format!("silent_s = 1.5\n{IMAGES}"));
+    until(&watch, "poses", 20, is_whole);
+    let bus = bus::Bus::join(&bus::run::RunContext::load(&world.run_dir("default")).unwrap()).unwrap();
+    let subscriber = bus::port::UsImageSubscriber::open(&bus).unwrap();
+    let images = |count: usize| {
+        let mut come = 0;
+        wait_for("images", || {
+            watch.come().iter().for_each(check);
+            while let Some(image) = subscriber.next().unwrap() {
+                number_in(image.grey());
+                come += 1;
+            }
+            (come >= count).then_some(())
+        });
+    };
+    for fault in [
+        Fault::Bytes,
+        Fault::Delay(Duration::from_millis(30)),
+        Fault::StallBehind(0, Duration::from_millis(300)),
+    ] {
+        network.set(fault);
+        images(20);
+    }
+    // A piece may hold a pose, an image, the end of one and the beginning of the next.
+    for at in (0..=4000).step_by(cut_step(400)) {
+        network.set(Fault::Cut(at, is_any));
+        until(&watch, "the end of a cut connection", 1, is_disconnected);
+        images(2);
+    }
+    assert!(pilot.stop().success());
 }
 
 /// Images as the server sends them.
@@ -406,6 +447,11 @@ fn images_that_the_scene_does_not_ask_for_are_told_and_leave_the_poses_alone() {
     let world = World::new();
     let (pilot, watch) = start(&world, server.port, "peer = \"v1\"\n");
     until(&watch, "poses", 60, is_whole);
+    let told = watch.told().join("\n");
+    assert!(
+        told.contains("the peer sends images Image, which localizer.images does not name"),
+        "{told}"
+    );
     assert!(pilot.stop().success());
 }
 

@@ -38,9 +38,23 @@ fn file_of(places: &[[f64; 3]]) -> tempfile::NamedTempFile {
 }
 
 /// Through a network that has all of it a little later.
-fn seen(rig: &Rig, device: &str, places: &[[f64; 3]], mut meanwhile: impl FnMut()) -> Option<Value> {
+fn seen(rig: &Rig, device: &str, places: &[[f64; 3]], meanwhile: impl FnMut()) -> Option<Value> {
+    seen_through(
+        Fault::Delay(Duration::from_millis(40)),
+        rig,
+        (device, places),
+        meanwhile,
+    )
+}
+
+fn seen_through(
+    fault: Fault,
+    rig: &Rig,
+    (device, places): (&str, &[[f64; 3]]),
+    mut meanwhile: impl FnMut(),
+) -> Option<Value> {
     let file = file_of(places);
-    let network = through(Fault::Delay(Duration::from_millis(40)), rig.address);
+    let network = through(fault, rig.address);
     let mut child = peers::python(network, &["image", device, file.path().to_str().unwrap()])?;
     while child.try_wait().unwrap().is_none() {
         meanwhile();
@@ -62,7 +76,12 @@ fn each_voxel_of_the_examination_is_where_it_was_in_the_patient_whatever_the_han
             .iter()
             .map(|voxel| rows(sign).map(|row| (0..3).map(|a| row[a] * f64::from(voxel[a])).sum::<f64>() + row[3]))
             .collect();
-        let Some(found) = seen(&rig, "Volume", &places, || loader.serve_late_joiners()) else {
+        // Byte by byte, and after a stall in the voxels.
+        let fault = match sign > 0.0 {
+            true => Fault::BytesOfBoth,
+            false => Fault::StallBehind(1500, Duration::from_millis(300)),
+        };
+        let Some(found) = seen_through(fault, &rig, ("Volume", &places), || loader.serve_late_joiners()) else {
             return;
         };
         let values: Vec<i64> = found["values"]

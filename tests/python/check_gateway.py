@@ -2,12 +2,13 @@
 
 Usage: python check_gateway.py HOST PORT poses COUNT
        python check_gateway.py HOST PORT two COUNT
+       python check_gateway.py HOST PORT each COUNT
        python check_gateway.py HOST PORT image DEVICE PLACES.json
 
 (needs: pip install pyigtl SimpleITK numpy)
 
 `poses` prints COUNT transforms as pyigtl takes them, the server speaking version 1. `two` speaks version 2 first and prints metadata
-too. `image` asks for an image, hands it to SimpleITK in LPS, and prints the values of the voxels nearest to the places of the file (LPS
+too; `each` prints them as they come, a line each. `image` asks for an image, hands it to SimpleITK in LPS, and prints the values of the voxels nearest to the places of the file (LPS
 mm), its size, spacing and direction. What is printed is JSON. pyigtl checks no CRC: the C++ client of the tests does.
 """
 
@@ -61,7 +62,7 @@ def poses(host: str, port: int, count: int) -> list:
     return found
 
 
-def two(host: str, port: int, count: int) -> list:
+def two(host: str, port: int, count: int, is_told_at_once: bool = False) -> list:
     stream = socket.create_connection((host, port), timeout=20)
     stream.sendall(bare("GET_STATUS", version=2))
     found = []
@@ -75,6 +76,8 @@ def two(host: str, port: int, count: int) -> list:
                 "now": time.time(),
                 "stamp": fields["timestamp"],
             })
+            if is_told_at_once:
+                print(json.dumps(found[-1]), flush=True)
     return found
 
 
@@ -111,6 +114,8 @@ def main() -> None:
     host, port, mode = sys.argv[1], int(sys.argv[2]), sys.argv[3]
     if mode == "poses":
         print(json.dumps(poses(host, port, int(sys.argv[4]))))
+    elif mode == "each":
+        two(host, port, int(sys.argv[4]), is_told_at_once=True)
     elif mode == "two":
         print(json.dumps(two(host, port, int(sys.argv[4]))))
     elif mode == "image":

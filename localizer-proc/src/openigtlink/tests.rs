@@ -1,6 +1,7 @@
 //! The client by hand: messages in, frames out.
 
 mod deceived;
+mod fuzzed;
 
 use std::time::Duration;
 
@@ -272,93 +273,4 @@ fn a_peer_that_falls_silent_or_sends_no_messages_is_left() {
         matches!(acts.last(), Some(Act::Close(why)) if why.contains("byte 0 of the connection")),
         "{acts:?}"
     );
-}
-
-/// A sequence of numbers that looks like chance and is the same everywhere.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, most: u64) -> u64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % most
-    }
-
-    fn of<T: Copy>(&mut self, all: &[T]) -> T {
-        all[self.below(all.len() as u64) as usize]
-    }
-}
-
-/// What was sent, by stamp and marker: where it lies, and whether it may be used.
-type Sent = std::collections::BTreeMap<(i64, u32), Vec<(f64, bool)>>;
-
-/// Each marker that a frame shows was sent with its stamp, and with OK or, where the scene allows it, without a word.
-fn check(frame: &Frame, sent: &Sent) {
-    for (marker, place) in seen(frame) {
-        let Ok(x) = place else { continue };
-        let all = &sent[&(frame.device_ns, marker)];
-        assert!(all.iter().any(|(at, good)| *good && *at == x), "{frame:?} of {all:?}");
-    }
-}
-
-/// Words that are no OK, among them what is nearly one.
-const WORDS: [Option<&str>; 16] = [
-    Some("OK"),
-    Some("OK"),
-    Some("OK"),
-    Some("MISSING"),
-    Some("OUT_OF_VIEW"),
-    Some("OUT_OF_VOLUME"),
-    Some("SWITCH1_IS_ON"),
-    Some("REQ_TIMEOUT"),
-    Some("INVALID"),
-    Some("PATH_NOT_FOUND"),
-    Some("UNKNOWN"),
-    Some("ok"),
-    Some("OK "),
-    Some(""),
-    Some("0"),
-    None,
-];
-
-#[test]
-fn no_lost_tool_is_shown_in_a_million_messages() {
-    let mut chance = Chance(7);
-    let mut valid = 0_u64;
-    for round in 0..1000 {
-        let rule = chance.of(&[StatusRule::Required, StatusRule::AbsentMeansValid]);
-        let mut client = client(rule);
-        let (mut sent, mut stamp_ns, mut now_ns) = (Sent::new(), 0_i64, 0_i64);
-        for number in 0..1000 {
-            let word = chance.of(&WORDS);
-            let (name, marker) = chance.of(&[("StylusToTracker", 0), ("ReferenceToTracker", 1), ("Other", 9)]);
-            // Stamps go on, stand still, go back.
-            stamp_ns += chance.of(&[0, 0, 16 * MS, 16 * MS, 17 * MS, -16 * MS, -400 * MS]);
-            stamp_ns = stamp_ns.max(0);
-            now_ns += chance.of(&[0, 1, 3, 16, 40]) * MS;
-            // Within what a localizer sees.
-            let x = ((round * 1000 + number) % 90_000) as f32;
-            let good = word == Some("OK") || (word.is_none() && rule == StatusRule::AbsentMeansValid);
-            let stamp_of = 1_790_000_000_000_000_000 + stamp_ns;
-            sent.entry((stamp_of, marker)).or_default().push((x.into(), good));
-            let mut bytes = transform(name, stamp_ns, x, word);
-            // Some are damaged on the way.
-            if chance.below(50) == 0 {
-                let at = 58 + chance.below(bytes.len() as u64 - 58) as usize;
-                bytes[at] ^= 0x55;
-            }
-            let acts = [client.bytes(&bytes, now_ns), client.tick(now_ns)].concat();
-            if acts.iter().any(|act| matches!(act, Act::Close(_))) {
-                client.closed(now_ns);
-                client.connected(now_ns);
-            }
-            for frame in frames(acts) {
-                check(&frame, &sent);
-                valid += seen(&frame).iter().filter(|(_, place)| place.is_ok()).count() as u64;
-            }
-        }
-    }
-    assert!(valid > 50_000, "{valid}");
 }

@@ -10,10 +10,11 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use crate::support::frames::{Watch, is_connected, is_disconnected, is_seen, patient, status_says, tool};
-use crate::support::proxy::{Fault, Proxy};
+use crate::support::proxy::{Fault, Proxy, cut_step};
 use crate::support::{SMALL, World, kill_9, pid_in, python};
 use bus::message::{Lost, MarkerFrame};
 use recorder::read::reader;
+use serde_json::Value;
 
 /// A server of pyigtl.
 struct Peer {
@@ -110,6 +111,12 @@ fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
         .wait("poses that are late", 40, is_connected)
         .iter()
         .for_each(check);
+    // For less than it may be silent for.
+    network.set(Fault::StallBehind(0, Duration::from_millis(300)));
+    watch
+        .wait("poses after a stall", 40, is_connected)
+        .iter()
+        .for_each(check);
     // A cable that is pulled: nothing comes, and after a while the connection is given up.
     network.set(Fault::Stall);
     watch.wait("the end of a silent connection", 1, is_disconnected);
@@ -118,8 +125,23 @@ fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
     network.set(Fault::CutAll);
     watch.wait("the end of a cut connection", 1, is_disconnected);
     status_says(&pilot, "the peer closed the connection");
+    for at in (0..).step_by(cut_step(41)) {
+        network.set(Fault::Cut(at, |_| true));
+        watch.wait("the end of a cut connection", 1, is_disconnected);
+        watch.wait("poses after it", 2, is_connected).iter().for_each(check);
+        if at >= network.length() {
+            break;
+        }
+    }
     network.set(Fault::None);
     let before = watch.wait("poses after it", 10, is_connected);
+    let others = |status: &Value| -> Vec<Value> {
+        let all = status["processes"].as_array().unwrap().iter();
+        let others = all.filter(|process| process["name"] != "localizer");
+        others.map(|process| process["pid"].clone()).collect()
+    };
+    let others_before = others(&pilot.status().unwrap());
+    assert!(others_before.len() > 2, "{others_before:?}");
     // What kills the process costs poses, and the numbers go on.
     let old = pid_in(&pilot.status().unwrap(), "localizer").unwrap();
     kill_9(old);
@@ -129,6 +151,11 @@ fn a_peer_of_other_software_is_followed_through_a_network_that_fails() {
     let after = watch.wait("poses of another process", 10, is_connected);
     after.iter().for_each(check);
     assert!(after[0].seq > before[before.len() - 1].seq);
+    assert_eq!(
+        others(&pilot.status().unwrap()),
+        others_before,
+        "nothing else was started anew"
+    );
     // The peer goes, and its address says nothing.
     drop(peer);
     watch.wait("the end of the peer", 1, is_disconnected);

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use crate::support::proxy::{Fault, Proxy};
+use crate::support::proxy::{Fault, Proxy, cut_step};
 use crate::support::{SMALL, World, python, shared, stderr, wait_for};
 use bus::Bus;
 use bus::message::{Lost, ToolPose, Tracked};
@@ -22,6 +22,9 @@ use tracker_proc::operating_room::{Frame, PosedRoom};
 
 /// Where the markers sit, for the room and for the run that follows the device.
 const ON_TOOL: &str = "marker_from_tool]\ntranslation_mm = [0.0, -60.0, 280.0]\n";
+/// How long a client may take that waits for ever: so many looks at whether it has ended.
+const LOOKS: u32 = 100;
+const LOOK: Duration = Duration::from_millis(50);
 const ON_PATIENT: &str = "ct_from_reference]\ntranslation_mm = [150.0, -120.0, -150.0]\n";
 
 /// A room in which everything is seen all the time.
@@ -283,41 +286,91 @@ fn definitions_that_are_named_may_be_loaded_in_any_order() {
     let _ = pilot.stop();
 }
 
+/// Starts the client of other software at this port of a network.
+fn other_client(python: &Path, world: &World, port: u16, more: &[&str]) -> Command {
+    let mut command = Command::new(python);
+    command
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/ndi_client.py"))
+        .args([&port.to_string(), "100"])
+        .args([world.path("tool.rom"), world.path("patient.rom")])
+        .args(more);
+    command
+}
+
 #[test]
 fn other_software_reads_the_poses_of_the_room() {
     let Some(python) = python() else { return };
     let world = World::new();
     let simulator = Simulator::start(&world, 0);
     let network = Proxy::to(simulator.port);
-    // Neither a stall nor a cut: this client waits for its device for ever.
-    for fault in [Fault::None, Fault::BytesOfBoth, Fault::Delay(Duration::from_millis(15))] {
+    for fault in [
+        Fault::None,
+        Fault::BytesOfBoth,
+        Fault::Delay(Duration::from_millis(15)),
+        Fault::StallBehind(3000, Duration::from_millis(300)),
+    ] {
         network.set(fault);
-        let output = Command::new(&python)
-            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python/ndi_client.py"))
-            .args([&network.port.to_string(), "100"])
-            .args([world.path("tool.rom"), world.path("patient.rom")])
-            .output()
-            .unwrap();
-        let text = String::from_utf8(output.stdout.clone()).unwrap();
-        if text.trim() == "no ndicapi" {
-            println!("skipped: the interpreter has no ndicapi");
-            return;
+        for (more, lines) in [(&[][..], 200), (&["--bx2"], 100)] {
+            let output = other_client(&python, &world, network.port, more).output().unwrap();
+            let text = String::from_utf8(output.stdout.clone()).unwrap();
+            if text.trim() == "no ndicapi" {
+                println!("skipped: the interpreter has no ndicapi");
+                return;
+            }
+            assert!(
+                output.status.success(),
+                "{fault:?} {more:?}: {text}\n{}",
+                stderr(&output)
+            );
+            assert_eq!(text.lines().count(), lines, "{fault:?} {more:?}");
+            assert_of_room(&text, &truth(&world));
         }
-        assert!(output.status.success(), "{fault:?}: {text}\n{}", stderr(&output));
-        assert_of_room(&text, &truth(&world));
+    }
+}
+
+/// What is cut off, or falls silent, gives this client no pose that the room did not have. It waits for a silent device for ever.
+#[test]
+fn other_software_whose_network_ends_has_read_poses_of_the_room_alone() {
+    let Some(python) = python() else { return };
+    let world = World::new();
+    let simulator = Simulator::start(&world, 0);
+    let network = Proxy::to(simulator.port);
+    let cuts = (2500..2800).step_by(cut_step(37)).map(Fault::CutBehind);
+    for fault in cuts.chain([Fault::SilentBehind(2600)]) {
+        network.set(fault);
+        for more in [&[][..], &["--bx2"]] {
+            let mut command = other_client(&python, &world, network.port, more);
+            let mut child = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+            // It reads some twenty polls in as many hundredths of a second, and starts in less than the rest.
+            let ended = (0..LOOKS).any(|_| {
+                std::thread::sleep(LOOK);
+                child.try_wait().unwrap().is_some()
+            });
+            if !ended {
+                child.kill().unwrap();
+            }
+            let output = child.wait_with_output().unwrap();
+            let text = String::from_utf8(output.stdout).unwrap();
+            if text.trim() == "no ndicapi" {
+                return;
+            }
+            assert_of_room(&text, &truth(&world));
+            assert!((1..100).contains(&text.lines().count()), "{fault:?} {more:?}: {text}");
+        }
     }
 }
 
 /// Each pose that this client has read is that of the room.
 fn assert_of_room(text: &str, room: &PosedRoom) {
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-    assert_eq!(lines.len(), 200);
     let mut seen = 0;
     for line in &lines {
         let [tool, patient, third] = &line["tools"].as_array().unwrap()[..] else {
             panic!("{line}")
         };
-        assert_eq!(third, "MISSING", "{line}");
+        // Of BX2 the library takes bits of the code for missing (31) for its own bit of a disabled tool: it is a word in any case.
+        let word = if line["way"] == "BX2" { "DISABLED" } else { "MISSING" };
+        assert_eq!(third, word, "{line}");
         // Nothing is there before the first frame.
         let Some(tool) = tool.as_array() else { continue };
         let frame = room.room().frame(line["frame"].as_u64().unwrap());
@@ -342,7 +395,8 @@ fn assert_of_room(text: &str, room: &PosedRoom) {
         assert!(off < 0.005, "{line}: {truth:?}");
         seen += 1;
     }
-    assert!(seen > 190, "{seen}");
+    // Nothing is there before the first frame: ten polls, and a few more on a busy machine.
+    assert!(seen + 10 > lines.len(), "{seen} of {}", lines.len());
 }
 
 #[test]
