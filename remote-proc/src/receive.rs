@@ -280,24 +280,19 @@ impl Receiver {
             true => ProcessState::Ready,
             false => ProcessState::Starting,
         };
-        let dropped = self.process.counters.dropped;
         let note = || {
             let cut = self.line.trouble(now);
             let words = [
                 self.refused.clone(),
                 cut,
                 self.examination.words(),
+                self.outputs.lost(),
                 self.outputs.organs.words(),
                 self.outputs.words(),
-                lost(dropped),
                 self.clock.words(now),
             ];
             words.into_iter().flatten().collect::<Vec<_>>().join(", ")
         };
         Ok(self.process.beat_with(state, note)?)
     }
-}
-
-fn lost(count: u64) -> Option<String> {
-    (count > 0).then(|| format!("{count} messages lost on the way"))
 }

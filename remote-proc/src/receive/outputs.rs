@@ -48,7 +48,35 @@ pub(super) struct Outputs {
     pub(super) organs: Organs,
     /// Sender and number of the newest message of each channel.
     newest: [Option<(u64, u64)>; Channel::ALL.len()],
+    lost: Lost,
     rate: Rate,
+}
+
+/// Messages that did not come, by the gaps in their numbers.
+#[derive(Debug, Default)]
+struct Lost {
+    poses: u64,
+    states: u64,
+    others: u64,
+}
+
+impl Lost {
+    fn add(&mut self, channel: Channel, missing: u64) {
+        let count = match channel {
+            Channel::Pose => &mut self.poses,
+            Channel::Tissue => &mut self.states,
+            _ => &mut self.others,
+        };
+        *count = count.saturating_add(missing);
+    }
+
+    /// In words, which are few as a note has 96 bytes; `None` where nothing was lost.
+    fn words(&self) -> Option<String> {
+        let each = [(self.poses, "poses"), (self.states, "states"), (self.others, "others")];
+        let each = each.into_iter().filter(|(count, _)| *count > 0);
+        let words: Vec<String> = each.map(|(count, what)| format!("{count} {what}")).collect();
+        (!words.is_empty()).then(|| format!("{} lost on the way", words.join(", ")))
+    }
 }
 
 /// Poses a second, over the last whole second.
@@ -80,6 +108,7 @@ impl Outputs {
             identity: State::of(Publisher::open(bus, &IDENTITY, "")?),
             organs: Organs::default(),
             newest: [None; Channel::ALL.len()],
+            lost: Lost::default(),
             rate: Rate::default(),
         })
     }
@@ -106,6 +135,7 @@ impl Outputs {
                 ) {
                     let missing = envelope.count.saturating_sub(count).saturating_sub(1);
                     counters.dropped = counters.dropped.saturating_add(missing);
+                    self.lost.add(channel, missing);
                 }
             }
             _ => {}
@@ -138,6 +168,11 @@ impl Outputs {
     /// Counts the poses of each second.
     pub(super) fn step(&mut self, now: i64) {
         self.rate.step(now);
+    }
+
+    /// What did not come, in words.
+    pub(super) fn lost(&self) -> Option<String> {
+        self.lost.words()
     }
 
     /// How many poses come, in words.

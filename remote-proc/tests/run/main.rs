@@ -12,6 +12,8 @@
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
 mod cuts;
+mod gaps;
+mod liar;
 mod organs;
 mod pieces;
 mod pilot;
