@@ -8,10 +8,17 @@
     reason = "tests and benchmarks start programs, measure time and say why they skip"
 )]
 
+#[allow(dead_code, reason = "shared with the tests of the link")]
+#[path = "../link/support/authority.rs"]
+mod authority;
 #[allow(unreachable_pub, reason = "shared with the tests of the workspace beside this one")]
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
 mod cuts;
+mod forged;
+#[allow(dead_code, reason = "shared with the tests of the link")]
+#[path = "../link/support/forger.rs"]
+mod forger;
 mod gaps;
 mod liar;
 mod organs;
