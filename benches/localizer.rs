@@ -1,16 +1,19 @@
 //! How long a pose takes from a localizer's socket to the run, beside a socket alone.
 //!
-//! `cargo bench --bench localizer -- [SECONDS] [cut CYCLES] [pulled CYCLES]` (20 s for each rate): a server in this process sends TRANSFORMs of a tool with a
+//! `cargo bench --bench localizer -- [SECONDS] [cut CYCLES] [pulled CYCLES] [grown CYCLES]` (20 s for each rate): a server in this process sends TRANSFORMs of a tool with a
 //! status at 60, 500 and 4000 Hz, to `localizer-proc` of a real run and, in the same moment, to a thread that only reads its
 //! socket. The time is from the end of the server's write to the stamp of publication on `tool-pose`, or to the reader's clock. With `cut`,
 //! the connection is closed so many times, and the localizer's descriptors and memory are counted before and after. With `pulled`, a peer that
 //! is a process of its own is stopped, dies, or (as root, with `ip`) has its cable pulled, so many times each: printed is when the images said so,
-//! and when they were live again.
+//! and when they were live again. With `grown`, such a peer is stopped and pulled in turn, each time for longer than the connection lasts, and what every process
+//! of the run holds is printed after 20, 200 and all cycles; it fails where descriptors or memory have grown.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
 
+#[path = "localizer/grown.rs"]
+mod grown;
 #[path = "localizer/pulled.rs"]
 mod pulled;
 #[path = "../tests/support/mod.rs"]
@@ -44,6 +47,9 @@ fn main() {
     let cycles = after("cut");
     let load = std::fs::read_to_string("/proc/loadavg").unwrap();
     println!("load {}", load.split_whitespace().take(2).collect::<Vec<_>>().join(" "));
+    if let Some(cycles) = after("grown") {
+        return grown::measure(cycles);
+    }
     if let Some(cycles) = after("pulled") {
         return pulled::measure(cycles);
     }

@@ -23,10 +23,21 @@ use crate::{STAMP_NS, message, spread};
 /// The limits of the scene, ms.
 const STALE_MS: f64 = 100.0;
 const LOST_MS: f64 = 1000.0;
-/// How long the peer is away: longer than the connection lasts.
-const AWAY: Duration = Duration::from_millis(3500);
-/// Poses flow for so long before the next cycle.
-const FLOW: Duration = Duration::from_millis(1500);
+/// How long the peer is away and there again in turn: away for longer than the connection lasts.
+#[derive(Clone, Copy)]
+pub(crate) struct Turns {
+    pub(crate) away: Duration,
+    /// Poses flow for so long before it goes again.
+    pub(crate) flow: Duration,
+    /// When a connection is given up on which nothing comes.
+    pub(crate) silent_s: f64,
+}
+
+const TURNS: Turns = Turns {
+    away: Duration::from_millis(3500),
+    flow: Duration::from_millis(1500),
+    silent_s: 2.0,
+};
 
 /// The peer: sends a tool with a status at 60 Hz to one client after the other. Prints its port.
 pub(crate) fn peer(host: &str, port: u16) {
@@ -46,7 +57,7 @@ pub(crate) fn peer(host: &str, port: u16) {
 
 /// How the peer goes away.
 #[derive(Clone, Copy, PartialEq)]
-enum Way {
+pub(crate) enum Way {
     Stopped,
     Killed,
     Pulled,
@@ -64,7 +75,7 @@ pub(crate) fn measure(cycles: u64) {
         if way == Way::Pulled && there.is_none() {
             continue;
         }
-        let mut run = Run::start(there);
+        let mut run = Run::start(there, TURNS);
         let cycles: Vec<Cycle> = (0..cycles).map(|_| run.cycle(way)).collect();
         let of = |part: fn(&Cycle) -> Option<i64>| spread(cycles.iter().filter_map(part).collect());
         println!("peer {words}, {} times; from then to the last view's", cycles.len());
@@ -76,18 +87,19 @@ pub(crate) fn measure(cycles: u64) {
 }
 
 /// When what was seen of it, ns behind its beginning; of the last of the views.
-struct Cycle {
+pub(crate) struct Cycle {
     stale_ns: Option<i64>,
     lost_ns: Option<i64>,
-    back_ns: i64,
+    pub(crate) back_ns: i64,
     /// What it took to make it go: a cable is pulled by a program, and the times are from its start.
     going_ns: i64,
 }
 
 /// A run that follows a peer.
-struct Run<'a> {
+pub(crate) struct Run<'a> {
     // The pilot goes before its world.
-    _pilot: Pilot<'static>,
+    pub(crate) pilot: Pilot<'static>,
+    turns: Turns,
     cable: Option<&'a Cable>,
     clock: Clock,
     stamps: Vec<Subscriber<FrameStamp>>,
@@ -105,7 +117,7 @@ impl Drop for Run<'_> {
 }
 
 impl<'a> Run<'a> {
-    fn start(cable: Option<&'a Cable>) -> Self {
+    pub(crate) fn start(cable: Option<&'a Cable>, turns: Turns) -> Self {
         let host = cable.map_or("127.0.0.1".to_owned(), |cable| cable.address.clone());
         let (peer, port) = spawn(cable, &host, 0);
         let limits = format!("stale_ms = {STALE_MS:.1}\nlost_ms = {LOST_MS:.1}");
@@ -114,8 +126,9 @@ impl<'a> Run<'a> {
             .replace("[recording]\n", "")
             .replace("stale_ms = 1000.0", &limits)
             + &format!(
-                "[tracker.markers]\nmarker = \"T\"\n[localizer]\nkind = \"openigtlink\"\npeer = \"plus\"\nsilent_s = 2\n\
-                 address = \"{host}:{port}\"\n"
+                "[tracker.markers]\nmarker = \"T\"\n[localizer]\nkind = \"openigtlink\"\npeer = \"plus\"\nsilent_s = {:?}\n\
+                 address = \"{host}:{port}\"\n",
+                turns.silent_s
             );
         let world: &'static World = Box::leak(Box::new(World::new()));
         let pilot = world.start(&world.file("s.toml", &scene), &world.path("out"), "default");
@@ -128,7 +141,8 @@ impl<'a> Run<'a> {
             clock: bus.clock().clone(),
             stamps: stamps.into(),
             _bus: bus,
-            _pilot: pilot,
+            pilot,
+            turns,
             cable,
             peer,
             host,
@@ -142,9 +156,9 @@ impl<'a> Run<'a> {
     }
 
     /// Once away and back.
-    fn cycle(&mut self, way: Way) -> Cycle {
+    pub(crate) fn cycle(&mut self, way: Way) -> Cycle {
         self.until("live images", is_live);
-        thread::sleep(FLOW);
+        thread::sleep(self.turns.flow);
         self.forget();
         let away_ns = self.clock.now_ns();
         match way {
@@ -161,7 +175,7 @@ impl<'a> Run<'a> {
             _ => matches!(state, FrameState::Lost(_)),
         };
         let lost_ns = self.until("images without a pose", is_lost) - away_ns;
-        self.clock.sleep_until(away_ns + AWAY.as_nanos() as i64);
+        self.clock.sleep_until(away_ns + self.turns.away.as_nanos() as i64);
         self.forget();
         let back_ns = match way {
             Way::Stopped => {

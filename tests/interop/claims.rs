@@ -70,6 +70,28 @@ fn a_server_that_stood_still_says_of_no_old_pose_that_it_is_live() {
     }
 }
 
+/// All that was shown before lay elsewhere in the patient: every client is told, asked or not.
+#[test]
+fn a_registration_that_changes_is_an_alarm_to_every_client() {
+    let rig = Rig::new();
+    let mut clients = [rig.client(), rig.client()];
+    rig.pose_by(0, 1);
+    for client in &mut clients {
+        client.wait_for("LIVE", |message| {
+            assert_ne!(message.device, "Alarm", "{message:?}");
+            (message.device == "State" && state(message)?.starts_with("LIVE")).then_some(())
+        });
+    }
+    rig.pose_by(1, 2);
+    for client in &mut clients {
+        let words = client.wait_for("the alarm", |message| match &message.body {
+            Body::String(text) if message.device == "Alarm" => Some(text.to_string()),
+            _ => None,
+        });
+        assert_eq!(words, "THE REGISTRATION CHANGED: it is 0000000000000002 now");
+    }
+}
+
 /// 3D Slicer and others keep the last transform of a connection that has ended.
 #[test]
 fn a_run_that_ends_takes_its_pose_back() {

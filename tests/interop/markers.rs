@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use bus::message::{Chosen, Guide, Lost, MarkerFrame, MarkerSight};
-use geometry::{Marker, Point, Rigid, Vector};
+use geometry::{Marker, Point, Reference, Rigid, Vector};
 
 use crate::peers;
 use crate::rig::Rig;
@@ -14,6 +14,11 @@ const SCENE: &str = "[gateway]\naddress = \"127.0.0.1:0\"\n\
     [tracker]\nsource = \"markers\"\n[tracker.markers]\n";
 
 fn frame(rig: &Rig, seq: u64, is_seen: bool) -> MarkerFrame {
+    let reference = MarkerSight::lost(MarkerFrame::REFERENCE, Lost::NotSeen, 0);
+    frame_with(rig, seq, is_seen, reference)
+}
+
+fn frame_with(rig: &Rig, seq: u64, is_seen: bool, reference: MarkerSight) -> MarkerFrame {
     let pose = Rigid::<_, Marker>::from_rotation_vector(
         Vector::new(0.0, 0.1, 0.0),
         Vector::new(100.0 + seq as f64, -200.0, -1500.0),
@@ -27,7 +32,6 @@ fn frame(rig: &Rig, seq: u64, is_seen: bool) -> MarkerFrame {
         true => MarkerSight::seen(MarkerFrame::TOOL, pose.unwrap(), 0.1),
         false => MarkerSight::lost(MarkerFrame::TOOL, Lost::Interference, 0),
     };
-    let reference = MarkerSight::lost(MarkerFrame::REFERENCE, Lost::NotSeen, 0);
     frame.set(&[tool, reference]).unwrap();
     frame
 }
@@ -98,6 +102,41 @@ fn a_cxx_client_reads_markers_a_stream_of_tools_at_its_pace_and_the_targets() {
         "{points:?}"
     );
     assert!(!of("CAPABILITY").is_empty() && !of("STATUS").is_empty());
+}
+
+/// The patient's marker where it is, and the tool's where that is: neither in the place of the other.
+#[test]
+fn a_cxx_client_reads_the_marker_on_the_patient() {
+    let Some(peer) = peers::cxx() else { return };
+    let rig = Rig::of(SCENE, |_| ());
+    let mut child = peers::start(peer, rig.address, &["listen", "100"]);
+    let turned =
+        Rigid::<_, Reference>::from_rotation_vector(Vector::new(0.0, 0.0, -0.2), Vector::new(7.0, 8.0, -1900.0));
+    let reference = MarkerSight::seen(MarkerFrame::REFERENCE, turned.unwrap(), 0.1);
+    let mut seq = 0;
+    while child.try_wait().unwrap().is_none() {
+        rig.markers.send(frame_with(&rig, seq, true, reference)).unwrap();
+        rig.pose(seq);
+        seq += 1;
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let lines = peers::lines(child);
+    let of = |start: &str| -> Vec<Vec<f64>> {
+        let lines = lines.iter().filter(|line| line.starts_with(start));
+        lines.map(|line| peers::numbers(line, 4)).collect()
+    };
+    let (patient, tool) = (of("TRANSFORM ReferenceToTracker"), of("TRANSFORM ToolToTracker"));
+    assert!(patient.len() > 10 && tool.len() > 10, "{lines:#?}");
+    // Rows of a turn about z by -0.2; single precision.
+    let (sin, cos) = (-0.2_f64).sin_cos();
+    let rows = [cos, -sin, 0.0, 7.0, sin, cos, 0.0, 8.0, 0.0, 0.0, 1.0, -1900.0];
+    for found in &patient {
+        assert!(found.iter().zip(rows).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
+    }
+    assert!(
+        tool.iter().all(|rows| (rows[7], rows[11]) == (-200.0, -1500.0)),
+        "{tool:?}"
+    );
 }
 
 #[test]

@@ -147,6 +147,17 @@ impl Rig {
         self.tool.send(sample).unwrap();
     }
 
+    /// The same, by this registration.
+    pub(crate) fn pose_by(&self, seq: u64, registration_id: u64) {
+        let sample = self.sample(seq, Tracked::Valid(place(seq)));
+        self.tool
+            .send(ToolPose {
+                registration_id,
+                ..sample
+            })
+            .unwrap();
+    }
+
     pub(crate) fn lost(&self, seq: u64, reason: Lost) {
         self.tool.send(self.sample(seq, Tracked::Lost(reason))).unwrap();
     }

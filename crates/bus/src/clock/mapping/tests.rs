@@ -62,6 +62,15 @@ fn what_is_uncertain_covers_the_error_of_99_frames_of_100() {
     }
 }
 
+/// What a new law is wrong by at most: the least delay of the nine frames that it begins with, ns. Of 0.3 ms on the mean that is 0.3 in one case of 8000; a
+/// WiFi that is congested and a link that is polled each 20 ms have no short one among nine.
+fn least_of_nine_ns(link: &str) -> f64 {
+    match link.contains("polled") || link.contains("WiFi") {
+        true => 12e6,
+        false => 0.3e6,
+    }
+}
+
 /// From the step to the first frame that is mapped by the new law: nine frames and 120 ms, and what the link holds frames up.
 #[test]
 fn a_step_is_told_once_with_its_size_and_followed_within_0_3_s() {
@@ -70,10 +79,10 @@ fn a_step_is_told_once_with_its_size_and_followed_within_0_3_s() {
             assert_eq!(study.steps.len(), plan.steps.len(), "{}: {:?}", plan.name, study.steps);
             for (&(told_s, by_ns), &(set_s, by_s)) in study.steps.iter().zip(plan.steps) {
                 assert!((0.0..=0.3).contains(&(told_s - set_s)), "{}: {told_s}", plan.name);
-                // The least of nine delays of up to 20 ms, on the polled link.
-                assert!((by_ns as f64 - by_s * 1e9).abs() < 12e6, "{}: {by_ns}", plan.name);
+                let most_ns = least_of_nine_ns(plan.name);
+                assert!((by_ns as f64 - by_s * 1e9).abs() < most_ns, "{}: {by_ns}", plan.name);
                 let recovered = study.error_quantile_within(0.99, told_s, told_s + 2.0);
-                assert!(recovered <= 12e6, "{}: {recovered}", plan.name);
+                assert!(recovered <= most_ns, "{}: {recovered}", plan.name);
             }
         }
     }
