@@ -11,6 +11,7 @@
 #[allow(dead_code, reason = "shared with the tests of the link")]
 #[path = "../link/support/authority.rs"]
 mod authority;
+mod both;
 #[allow(unreachable_pub, reason = "shared with the tests of the workspace beside this one")]
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
@@ -21,10 +22,13 @@ mod forged;
 mod forger;
 mod gaps;
 mod liar;
+mod markers;
 mod organs;
 mod pieces;
 mod pilot;
+mod recorded;
 mod refused;
 mod rig;
 mod shown;
+mod stale;
 mod wire;

@@ -1,144 +1,19 @@
-//! The whole of it, as two people would start it: a navigation, and a second screen.
+//! The pixels of a second screen are those of the first.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Duration;
 
-use bus::Bus;
-use bus::message::{Ages, Command as Request, TissueHeader, TissueShown, TissueState, ToolPose, Tracked};
-use bus::port::{CommandClient, FrameSubscriber, HeadedSubscriber, Subscriber};
-use bus::run::{RUNTIME_DIR_VARIABLE, RunContext};
-use bus::topic::{HELD_FRAME, TISSUE, TOOL_POSE};
-use scene::Scene;
+use bus::message::{TissueHeader, TissueShown, TissueState};
+use bus::port::HeadedSubscriber;
+use bus::topic::TISSUE;
 
-use crate::rig::{PATIENCE, Program, alone, free_endpoint, remote_proc, until, world};
+use crate::both::{Both, pilot, programs};
+use crate::rig::{alone, until, world};
 
 /// Images compared of each view; `TROCAR_POSES` asks for more.
 const POSES: usize = 8;
 /// So many poses are taken at once: what comes meanwhile of longer runs is passed over.
 const BATCH: usize = 100;
-
-/// The folder of the other programs; `None`, with a printed reason, where the chore did not say.
-fn programs() -> Option<PathBuf> {
-    let folder = std::env::var_os("TROCAR_PROGRAMS").map(PathBuf::from);
-    if folder.is_none() {
-        println!(
-            "skipped: TROCAR_PROGRAMS does not name the folder of the other programs (`cargo xtask test-remote` does)"
-        );
-    }
-    folder
-}
-
-/// One of the two runs, as a program beside it sees it.
-struct Looking {
-    scene: Scene,
-    bus: Bus,
-    poses: Subscriber<ToolPose>,
-}
-
-impl Looking {
-    fn at(world: &Path, name: &str) -> Self {
-        let dir = world.join(name);
-        let (run, text) = until("the run", || RunContext::load_with_scene(&dir, None).ok());
-        let bus = Bus::join(&run).unwrap();
-        Self {
-            scene: Scene::parse(&text, Path::new("s.toml")).unwrap(),
-            poses: Subscriber::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap(),
-            bus,
-        }
-    }
-
-    /// The next `count` valid poses: each one, or some 0.3 s apart, so that they differ.
-    fn valid_poses(&self, count: usize, each: bool) -> Vec<ToolPose> {
-        let (mut chosen, mut last) = (Vec::new(), 0);
-        until("valid poses on the second machine", || {
-            while let Some(pose) = self.poses.next().unwrap() {
-                let time = pose.t_capture_ns / 300_000_000;
-                let is_next = chosen.len() < count && (each || time != last);
-                if is_next && matches!(pose.tracked_at(i64::MAX), Ok(Tracked::Valid(_))) {
-                    last = time;
-                    chosen.push(pose);
-                }
-            }
-            (chosen.len() == count).then_some(())
-        });
-        chosen
-    }
-
-    /// The images of `poses`, of every view but the overview, as they are drawn on request: hashes, and what of moved organs they show.
-    fn images(&self, poses: &[ToolPose]) -> Vec<(blake3::Hash, Option<TissueShown>)> {
-        let mut images = Vec::new();
-        for (plane, views) in self.scene.renderers() {
-            let client = CommandClient::open(&self.bus, &plane.process()).unwrap();
-            let open =
-                |view: &usize| FrameSubscriber::open(&self.bus, &HELD_FRAME, &self.scene.views[*view].name).unwrap();
-            let held: Vec<FrameSubscriber> = views.iter().map(open).collect();
-            for pose in poses {
-                let reply = client.ask(Request::render(*pose), PATIENCE).unwrap();
-                assert!(!reply.refused, "{}", reply.text);
-                for frames in &held {
-                    let frame = frames.newest().unwrap().expect("an image that was asked for");
-                    let header = frame.header();
-                    assert_eq!((header.stamp.seq, header.stamp.on_request), (pose.seq, 1));
-                    let shown = frame.shown(header.stamp.t_framed_ns, Ages::of(&self.scene.limits));
-                    images.push((blake3::hash(shown.rgba), TissueShown::from_code(header.stamp.tissue)));
-                }
-            }
-        }
-        images
-    }
-}
-
-/// A run, the sender beside it, and the run that shows it.
-struct Both {
-    near: Looking,
-    far: Looking,
-    endpoint: String,
-    first: Program,
-    sender: Program,
-    second: Program,
-}
-
-fn pilot(world: &Path, programs: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(programs.join("pilot"));
-    command
-        .args(arguments)
-        .current_dir(world)
-        .env(RUNTIME_DIR_VARIABLE, world)
-        .env_remove("DISPLAY");
-    command
-}
-
-impl Both {
-    fn start(world: &Path, programs: &Path, scene: &[&str]) -> Self {
-        let endpoint = free_endpoint();
-        let run = [&["run"], scene, &["--run", "or", "--headless", "--out", "o1"]].concat();
-        let first = Program::start(world, "first", pilot(world, programs, &run));
-        let near = Looking::at(world, "or");
-        let mut send = remote_proc();
-        send.args(["send", "--run", "or", "--listen", &endpoint]);
-        let sender = Program::start(world, "send", send);
-        until("the sender", || {
-            let mut facts = remote_proc();
-            facts.args(["facts", &endpoint]).stderr(std::process::Stdio::null());
-            facts.output().unwrap().status.success().then_some(())
-        });
-        let show = ["remote", &endpoint, "--headless", "--out", "o2", "--run", "second"];
-        let second = Program::start(world, "second", pilot(world, programs, &show));
-        Self {
-            near,
-            far: Looking::at(world, "second"),
-            endpoint,
-            first,
-            sender,
-            second,
-        }
-    }
-
-    fn said(&self) -> String {
-        [&self.first, &self.sender, &self.second].map(Program::said).join("\n")
-    }
-}
 
 #[test]
 fn a_second_screen_shows_the_same_pixels() {

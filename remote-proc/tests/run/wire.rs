@@ -75,11 +75,6 @@ impl Wire {
     pub(crate) fn stand_still(&self, is_still: bool) {
         self.inner.is_still.store(is_still, Ordering::SeqCst);
     }
-
-    /// At most so many bytes a second from now on; 0: as many as come.
-    pub(crate) fn limit(&self, per_s: u64) {
-        self.inner.per_s.store(per_s, Ordering::SeqCst);
-    }
 }
 
 impl Inner {

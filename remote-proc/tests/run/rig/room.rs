@@ -36,11 +36,11 @@ pub(crate) struct Room {
 impl Room {
     /// Its clock began `age` ago. `lie` changes the header that is published.
     pub(crate) fn open(world: &Path, age: Duration, dims: [u32; 3], lie: impl FnOnce(&mut VolumeHeader)) -> Self {
-        Self::of(SCENE, world, age, dims, lie)
+        Self::showing(SCENE, world, age, dims, lie)
     }
 
     /// The same, of another scene than [`SCENE`].
-    pub(crate) fn of(
+    pub(crate) fn showing(
         scene: &'static str,
         world: &Path,
         age: Duration,
