@@ -16,6 +16,7 @@ mod both;
 #[path = "../../../tests/support/cable.rs"]
 mod cable;
 mod cuts;
+mod far;
 mod forged;
 #[allow(dead_code, reason = "shared with the tests of the link")]
 #[path = "../link/support/forger.rs"]
@@ -30,5 +31,6 @@ mod recorded;
 mod refused;
 mod rig;
 mod shown;
+mod slow;
 mod stale;
 mod wire;
