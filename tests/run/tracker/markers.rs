@@ -81,7 +81,7 @@ fn header(file: &Path) -> Vec<Frame> {
     sequence::frames(text, &["ProbeToTracker", "ReferenceToTracker"]).unwrap()
 }
 
-fn poses(recording: &Path) -> BTreeMap<u64, ToolPose> {
+pub(super) fn poses(recording: &Path) -> BTreeMap<u64, ToolPose> {
     let poses = reader::poses(recording, schema::TOOL_POSE).unwrap();
     poses.map(|pose| pose.unwrap()).map(|pose| (pose.seq, pose)).collect()
 }
@@ -93,7 +93,7 @@ fn numbers(pose: &ToolPose) -> (u32, u32, Vec<u64>) {
     (pose.status, pose.flags, all.map(|x| x.to_bits()).collect())
 }
 
-fn recompute(world: &World, recording: &Path) -> Output {
+pub(super) fn recompute(world: &World, recording: &Path) -> Output {
     let arguments = ["replay", "--recompute", "--headless", "--out"].map(Path::new);
     let (again, recording) = (world.path("again"), recording.to_owned());
     let all: Vec<PathBuf> = [arguments.map(Path::to_owned).to_vec(), vec![again, recording]].concat();

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use super::markers::{poses as recorded_poses, recompute};
 use crate::support::proxy::{Fault, Proxy, cut_step};
 use crate::support::{SMALL, World, python, shared, stderr, wait_for};
 use bus::Bus;
@@ -161,7 +162,18 @@ fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
     });
     let _again = Simulator::start(&world, port);
     check_poses(&poses, &room, 60);
-    let _ = pilot.stop();
+    assert!(pilot.stop().success());
+    // What a device of its own clock, that went and came again, has measured gives the same poses again, bit for bit.
+    let recording = world.path("out/session.mcap");
+    let output = recompute(&world, &recording);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let [found, again] = [recording, world.path("again/recomputed.mcap")].map(|path| recorded_poses(&path));
+    assert!(
+        found.len() > 180 && found.values().any(|pose| pose.status != 0),
+        "{}",
+        found.len()
+    );
+    assert!(found.values().eq(again.values()), "other poses were made again");
 }
 
 /// Balls of as many emitters as a definition may have markers, for the room and for the run.
@@ -326,6 +338,36 @@ fn other_software_reads_the_poses_of_the_room() {
             assert_of_room(&text, &truth(&world));
         }
     }
+}
+
+/// The scene that docs/localizer.md has for practising, beside the device of the scene that it names; coarser voxels, and any port.
+#[test]
+fn the_page_s_scene_follows_the_simulated_device() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |name: &str| std::fs::read_to_string(root.join(name)).unwrap();
+    let coarse = |text: &str| text.replace("spacing_mm = 1.5", "spacing_mm = 6.0");
+    let page = read("docs/localizer.md");
+    let (_, after) = page.split_once("## Practising without a device").unwrap();
+    let lines = after.lines().skip_while(|line| !line.starts_with("    [volume]"));
+    let scene: Vec<&str> = lines.map_while(|line| line.strip_prefix("    ")).collect();
+    let scene = coarse(&scene.join("\n"));
+    let world = World::new();
+    // A clock without an offset and a skew of its own, so that a stamp says which frame it is of.
+    let room = coarse(&read("config/operating-room.toml"));
+    let lines = room
+        .lines()
+        .filter(|line| !line.starts_with("offset_s") && !line.starts_with("drift_ppm"));
+    let room = lines.collect::<Vec<_>>().join("\n");
+    let simulator = Simulator::of(&world, 0, &room, &[]);
+    let address = format!("127.0.0.1:{}", simulator.port);
+    assert!(scene.contains("127.0.0.1:8765"), "{scene}");
+    let scene = world.file("follow.toml", &scene.replace("127.0.0.1:8765", &address));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
+    let bus = Bus::join(&context).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
+    check_poses(&poses, &truth(&world), 60);
+    let _ = pilot.stop();
 }
 
 /// What is cut off, or falls silent, gives this client no pose that the room did not have. It waits for a silent device for ever.
