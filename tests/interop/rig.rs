@@ -214,6 +214,15 @@ impl Rig {
     }
 
     /// Sends the gateway a signal.
+    /// Open descriptors of the gateway, and its memory, KiB.
+    pub(crate) fn held(&self) -> (usize, u64) {
+        let own = format!("/proc/{}", self.gateway.id());
+        let status = fs::read_to_string(format!("{own}/status")).unwrap();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        let kib = line.split_whitespace().next().unwrap().parse().unwrap();
+        (fs::read_dir(format!("{own}/fd")).unwrap().count(), kib)
+    }
+
     pub(crate) fn signal(&self, signal: rustix::process::Signal) {
         let pid = rustix::process::Pid::from_child(&self.gateway);
         rustix::process::kill_process(pid, signal).unwrap();

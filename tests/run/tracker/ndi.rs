@@ -121,6 +121,11 @@ pub(super) fn frame_at(room: &PosedRoom, t_device_ns: i64) -> Frame {
 
 /// Waits for so many poses; each is that of the room within its noise. Returns the root mean square distance of the tip, mm.
 fn check_poses(poses: &Subscriber<ToolPose>, room: &PosedRoom, count: usize) -> f64 {
+    check_poses_within(3.0, poses, room, count)
+}
+
+/// The same, with what the tip may be off, mm.
+fn check_poses_within(most_mm: f64, poses: &Subscriber<ToolPose>, room: &PosedRoom, count: usize) -> f64 {
     let tip = Point::<Tool>::new(0.0, 0.0, 0.0);
     let mut off_mm = Vec::new();
     wait_for("poses", || {
@@ -131,7 +136,7 @@ fn check_poses(poses: &Subscriber<ToolPose>, room: &PosedRoom, count: usize) -> 
             let true_tip = frame_at(room, pose.t_device_ns).ct_from_tool * tip;
             let off = (at * tip).distance(true_tip);
             // Emitters of 0.15 mm on balls of 50 mm, thrown 290 mm by the tool's and as far by the patient's: a few tenths each.
-            assert!(off < 3.0, "{}: {off} mm", pose.seq);
+            assert!(off < most_mm, "{}: {off} mm", pose.seq);
             off_mm.push(off);
         }
         (off_mm.len() >= count).then_some(())
@@ -366,7 +371,8 @@ fn the_page_s_scene_follows_the_simulated_device() {
     let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
     let bus = Bus::join(&context).unwrap();
     let poses = Subscriber::<ToolPose>::open(&bus, &TOOL_POSE, "", TOOL_POSE.buffer).unwrap();
-    check_poses(&poses, &truth(&world), 60);
+    // Its emitters shine to 70 degrees, so that about half as many are seen as in the other rooms: 1.4 times their noise, which may be 3 mm.
+    check_poses_within(6.0, &poses, &truth(&world), 60);
     let _ = pilot.stop();
 }
 
