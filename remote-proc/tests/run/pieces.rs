@@ -6,6 +6,7 @@ use std::time::Duration;
 use remote_proc::protocol::{PIECE_VALUES, pieces};
 use rustix::process::Signal;
 
+use crate::liar::{Liar, RUN};
 use crate::rig::{Program, Room, Second, Voxels, alone, free_endpoint, until, world};
 use crate::wire::Wire;
 
@@ -133,4 +134,28 @@ fn a_link_that_comes_back_brings_what_is_missing_alone() {
     begun.is_cut_off();
     begun.wire.mend();
     begun.goes_on();
+}
+
+/// One bit of one piece of a true examination: its neighbours are none the wiser, its hash is.
+#[test]
+fn a_piece_that_is_altered_on_the_way_is_refused_by_the_hash() {
+    let _alone = alone();
+    let world = world();
+    let endpoint = free_endpoint();
+    let mut voxels = Voxels::made([128, 64, 48]);
+    let hash = voxels.header.volume_hash();
+    // In the third of six pieces.
+    voxels.stored[2 * PIECE_VALUES + 999] ^= 1 << 4;
+    let _liar = Liar::of(&endpoint, None, voxels);
+    let second = Second::open(world.path(), "second", &endpoint);
+    let mut receiver = second.receive(world.path(), &endpoint, &format!("{RUN:x}"));
+    assert_eq!(receiver.ended().code(), Some(1), "{}", receiver.said());
+    let said = receiver.said();
+    assert!(
+        said.contains(&format!("the examination of {endpoint}: what came has the hash "))
+            && said.contains(&format!("and the sender's has {hash}: it was altered on the way")),
+        "{said}"
+    );
+    assert!(second.volumes.poll().unwrap().is_none(), "{said}");
+    assert!(second.poses.next().unwrap().is_none(), "{said}");
 }
