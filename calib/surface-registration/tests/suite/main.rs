@@ -19,4 +19,5 @@ mod next;
 mod oracle;
 mod planted;
 mod systematic;
+mod verdict;
 mod weak;

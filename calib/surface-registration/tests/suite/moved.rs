@@ -105,7 +105,12 @@ fn skin_one_stroke_and_left_for_right_are_refused() {
     ];
     for (name, drawn) in cases {
         let refusals = Limits::default().judge(&scene.found(&drawn, None), &targets());
-        assert!(!refusals.is_empty(), "{name}");
+        let is_it = |r: &Refusal| match name {
+            "skin" => matches!(r, Refusal::Prior { .. } | Refusal::Noise { .. }),
+            "stroke" => matches!(r, Refusal::Free(_) | Refusal::Tre { .. }),
+            _ => matches!(r, Refusal::Noise { .. } | Refusal::Share { .. }),
+        };
+        assert!(refusals.iter().any(is_it), "{name}: {refusals:?}");
     }
 }
 
