@@ -51,9 +51,15 @@ fn surfaces_of_trimesh_come_back_where_they_lay() {
     }
     // In one go: to start Python takes longer than to compare.
     let compared = peer(&python, &["compare", &Value::from(triples).to_string()]);
-    for apart in compared.as_array().unwrap() {
-        // STL has single precision: half a unit in the last place of 1000 mm, once for each writer.
-        assert!(apart["apart_mm"].as_f64().unwrap() < 1e-4, "{compared}");
+    for (number, apart) in compared.as_array().unwrap().iter().enumerate() {
+        // STL has single precision: half a unit in the last place of 1000 mm, once for each writer. The others have double.
+        let most_mm = match number {
+            _ if number % 3 == 0 || number < 6 => 1e-4,
+            // Of a text PLY with 8 decimals trimesh makes single precision, which is what was written: half of the last decimal.
+            9..12 => 1e-8,
+            _ => 1e-9,
+        };
+        assert!(apart["apart_mm"].as_f64().unwrap() < most_mm, "{number}: {compared}");
         assert!(apart["faces"].as_u64().unwrap() >= 1000, "{compared}");
     }
 }
