@@ -100,6 +100,34 @@ fn simpleitk_puts_points_where_an_exported_transform_does() {
     }
 }
 
+/// A device set of PLUS, read as XML by Python's own parser: it puts points of the tool where the calibration has them.
+#[test]
+fn another_parser_reads_the_transform_of_an_exported_device_set() {
+    let Some(python) = python() else { return };
+    let world = World::new();
+    let folder = world.path("transforms");
+    fs::create_dir(&folder).unwrap();
+    peer(&python, &["transforms", folder.to_str().unwrap(), "[]"]);
+    let source = folder.join("composite.tfm");
+    let words = [&["--holds", "marker-from-tool"], &SAID[..]].concat();
+    let tool = imported(&world, source.to_str().unwrap(), &words);
+    let (json, out) = (world.path("tool.json"), world.path("stylus.xml"));
+    let (json, out) = (json.to_str().unwrap(), out.to_str().unwrap());
+    let made = world.output(
+        "calib",
+        &["export", json, "--from", "StylusTip", "--to", "Stylus", "--out", out],
+    );
+    assert!(made.status.success(), "{}", stderr(&made));
+    let points = [[0.0, 0.0, 0.0], [30.0, -20.0, -150.0], [1e3, 2e3, -3e3]];
+    let mapped = peer(
+        &python,
+        &["plus", out, "StylusTip", "Stylus", &json!(points).to_string()],
+    );
+    for ([x, y, z], mapped) in points.iter().zip(mapped.as_array().unwrap()) {
+        assert!(off(tool * Point::new(*x, *y, *z), mapped) < 1e-9, "{mapped}");
+    }
+}
+
 #[test]
 fn the_published_stylus_of_plus_is_read() {
     let Some(set) = shared("data/plus-ultrasound/PlusDeviceSet_fCal_Sim_SpatialCalibration_2.0.xml") else {

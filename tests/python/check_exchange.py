@@ -4,12 +4,16 @@ writer of .fcsv do, with Python's own json and csv.
 check_exchange.py read FILE                    prints the points as JSON: label, position in LPS, mm, and the axes' own columns in LPS
 check_exchange.py write FILE AXES POINTS       writes points, given in LPS, along the axes
 check_exchange.py map FILE POINTS              prints where SimpleITK puts these points by the transform of FILE
+check_exchange.py plus FILE FROM TO POINTS     prints where the one transform of a device set of PLUS from FROM to TO puts them
 check_exchange.py transforms FOLDER POINTS     writes a transform of each kind with SimpleITK, and prints where each puts these points
 """
 
 import csv
 import json
 import sys
+from xml.etree import ElementTree
+
+import numpy as np
 
 SCHEMA = (
     "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
@@ -112,6 +116,17 @@ def write_fcsv(path, axes, points):
             writer.writerow(row)
 
 
+def map_plus(path, source, target, points):
+    """As PLUS's guide has it: Matrix, row by row, takes points of the coordinate frame From to To."""
+    root = ElementTree.parse(path).getroot()
+    assert root.tag == "PlusConfiguration", root.tag
+    found = [t for t in root.iter("Transform") if (t.get("From"), t.get("To")) == (source, target)]
+    assert len(found) == 1, len(found)
+    rows = np.array([float(x) for x in found[0].get("Matrix").split()]).reshape(4, 4)
+    assert (rows[3] == [0.0, 0.0, 0.0, 1.0]).all(), rows
+    return [(rows @ [*point, 1.0])[:3].tolist() for point in points]
+
+
 def map_points(transform, points):
     return [transform.TransformPoint(point) for point in points]
 
@@ -155,6 +170,9 @@ def main():
         import SimpleITK as sitk
 
         print(json.dumps(map_points(sitk.ReadTransform(path), json.loads(sys.argv[3]))))
+        return
+    if what == "plus":
+        print(json.dumps(map_plus(path, sys.argv[3], sys.argv[4], json.loads(sys.argv[5]))))
         return
     if what == "transforms":
         print(json.dumps(write_transforms(path, json.loads(sys.argv[3]))))
