@@ -24,6 +24,43 @@ pub(crate) fn programs() -> Option<PathBuf> {
     folder
 }
 
+/// A scene that a busy machine keeps up with: small images of few voxels, which are of the present for a second, and long patience.
+const SMALL: &str = r#"
+seed = 1
+[volume]
+source = "phantom"
+spacing_mm = 6.0
+[tracker]
+rate_hz = 60.0
+[tracker.approach]
+insert_s = 1.0
+pause_s = 0.2
+sweep_s = 1.0
+[recording]
+[limits]
+stale_ms = 1000.0
+silent_s = 30.0
+stop_s = 30.0
+max_missing_share = 1.0
+[[views]]
+name = "axial-global"
+plane = "axial"
+extent = "global"
+size = [128, 128]
+[[views]]
+name = "frontal-local"
+plane = "frontal"
+extent = "local"
+size = [128, 128]
+"#;
+
+/// The path of [`SMALL`].
+pub(crate) fn small(world: &Path) -> String {
+    let path = world.join("small.toml");
+    std::fs::write(&path, SMALL).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
 /// One of the two runs, as a program beside it sees it.
 pub(crate) struct Looking {
     pub(crate) run: RunContext,
@@ -111,11 +148,17 @@ pub(crate) fn pilot(world: &Path, programs: &Path, arguments: &[&str]) -> Comman
 
 impl Both {
     pub(crate) fn start(world: &Path, programs: &Path, scene: &[&str]) -> Self {
-        Self::start_with(world, programs, scene, &[])
+        Self::start_with(world, programs, scene, &["--headless"], |_| {})
     }
 
-    /// The same, with more words for `pilot remote`.
-    pub(crate) fn start_with(world: &Path, programs: &Path, scene: &[&str], more: &[&str]) -> Self {
+    /// The same, with these words for `pilot remote`, whose command `change` may change.
+    pub(crate) fn start_with(
+        world: &Path,
+        programs: &Path,
+        scene: &[&str],
+        more: &[&str],
+        change: impl FnOnce(&mut Command),
+    ) -> Self {
         let listens = free_endpoint();
         let wire = Wire::before(&listens, 0);
         let endpoint = wire.endpoint();
@@ -130,12 +173,10 @@ impl Both {
             facts.args(["facts", &listens]).stderr(std::process::Stdio::null());
             facts.output().unwrap().status.success().then_some(())
         });
-        let show = [
-            &["remote", &endpoint, "--headless", "--out", "o2", "--run", "second"],
-            more,
-        ];
-        let show = show.concat();
-        let second = Program::start(world, "second", pilot(world, programs, &show));
+        let show = ["remote", &endpoint, "--out", "o2", "--run", "second"];
+        let mut show = pilot(world, programs, &[&show, more].concat());
+        change(&mut show);
+        let second = Program::start(world, "second", show);
         Self {
             near,
             far: Looking::at(world, "second"),

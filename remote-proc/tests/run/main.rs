@@ -22,6 +22,7 @@ mod forged;
 #[path = "../link/support/forger.rs"]
 mod forger;
 mod gaps;
+mod glass;
 mod liar;
 mod markers;
 mod organs;

@@ -10,7 +10,7 @@ use bus::port::Subscriber;
 use bus::topic::HEARTBEAT;
 use serde_json::Value;
 
-use crate::both::{Both, programs};
+use crate::both::{Both, programs, small};
 use crate::rig::{PATIENCE, alone, until, world};
 
 /// What `recorder` says; it must succeed.
@@ -42,7 +42,13 @@ fn a_second_machine_records_the_poses_of_the_first() {
     let Some(programs) = programs() else { return };
     let _alone = alone();
     let world = world();
-    let mut both = Both::start_with(world.path(), &programs, &[], &["--record"]);
+    let mut both = Both::start_with(
+        world.path(),
+        &programs,
+        &[&small(world.path())],
+        &["--headless", "--record"],
+        |_| {},
+    );
     let out: [PathBuf; 2] = ["o1", "o2"].map(|name| world.path().join(name));
     until("a recording on the second machine", || {
         out[1].join("session.mcap.recording").exists().then_some(())

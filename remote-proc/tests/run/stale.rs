@@ -8,7 +8,7 @@ use bus::port::FrameSubscriber;
 use bus::session::Session;
 use bus::topic::VIEW_FRAME;
 
-use crate::both::{Both, Looking, pilot, programs};
+use crate::both::{Both, Looking, pilot, programs, small};
 use crate::rig::{alone, until, world};
 
 /// Poses must be there again within 1 s, which docs/remote.md holds beside what was measured. A machine of two cores with a dozen
@@ -56,7 +56,7 @@ fn images_of_a_screen_that_is_cut_off_are_stale_in_time_and_live_again_after_it(
     let Some(programs) = programs() else { return };
     let _alone = alone();
     let world = world();
-    let both = Both::start(world.path(), &programs, &[]);
+    let both = Both::start(world.path(), &programs, &[&small(world.path())]);
     let mut screen = Screen::of(&both.far);
     until("an image of the present", || {
         (screen.state()? == FrameState::Live).then_some(())
