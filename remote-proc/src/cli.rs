@@ -8,6 +8,7 @@ use bus::process::{Membership, exit};
 use clap::{Parser, Subcommand};
 
 use crate::link::keys::{self, AUTHORITY_KEY, Side, read::date};
+use crate::link::watch;
 use crate::receive::{Receiving, receive};
 use crate::send::{Sending, send};
 
@@ -105,7 +106,10 @@ pub fn main() -> ExitCode {
             "remote-proc",
             keys::make(&out, &hosts, days).map(|made| say(&words(&made))),
         ),
-        Verb::Send { run, listen, keys } => exit("remote-proc", send(&Sending { run, listen, keys })),
+        Verb::Send { run, listen, keys } => {
+            watch::start();
+            exit("remote-proc", send(&Sending { run, listen, keys }))
+        }
         Verb::Receive {
             endpoint,
             keys,

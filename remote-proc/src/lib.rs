@@ -12,3 +12,4 @@ pub mod protocol;
 pub mod receive;
 pub mod send;
 pub mod session;
+mod sockets;

@@ -4,34 +4,19 @@
 //! setting for it. A receiver that stands still would so hold up the link of all others when it is given up. Here the request is taken back
 //! on every connection of this process, which then closes at once; what the peer has not taken is the kernel's to get rid of.
 
-use std::fs;
 use std::io;
 use std::os::fd::OwnedFd;
 
 use rustix::net::sockopt::{set_socket_linger, socket_linger};
-use rustix::process::{PidfdFlags, PidfdGetfdFlags, getpid, pidfd_getfd, pidfd_open};
+
+use crate::sockets;
 
 /// Takes the request back wherever it stands; how often it stood.
 ///
 /// # Errors
 /// Where the system lets a process not even look at its own descriptors.
 pub(crate) fn let_go_at_once() -> io::Result<usize> {
-    let own = pidfd_open(getpid(), PidfdFlags::empty())?;
-    let mut count = 0;
-    for entry in fs::read_dir("/proc/self/fd")?.flatten() {
-        let is_socket = fs::read_link(entry.path()).is_ok_and(|to| to.to_string_lossy().starts_with("socket:"));
-        let number = entry.file_name().to_string_lossy().parse();
-        let (true, Ok(number)) = (is_socket, number) else {
-            continue;
-        };
-        // One that was closed meanwhile is let go already.
-        match pidfd_getfd(&own, number, PidfdGetfdFlags::empty()) {
-            Ok(socket) => count += usize::from(taken_back(&socket)),
-            Err(rustix::io::Errno::BADF) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(count)
+    Ok(sockets::own()?.iter().filter(|socket| taken_back(socket)).count())
 }
 
 fn taken_back(socket: &OwnedFd) -> bool {

@@ -41,6 +41,9 @@ const BATCHES: u32 = 4;
 /// that a pose waits behind a volume.
 const SEND_BUFFER: u32 = 64 << 10;
 
+/// Bytes that the operating system may hold of what a receiver said: it says little, and what is held is still read when it is cut off.
+const RECEIVE_BUFFER: u32 = 64 << 10;
+
 /// The most bytes that a sender's queues hold of one receiver, without the operating system's buffer.
 pub const QUEUES_OF_ONE_RECEIVER: u32 = BATCH * BATCHES * 8;
 
@@ -125,6 +128,13 @@ fn build(side: Side, endpoint: &Endpoint, keys: Option<&Keys>) -> Result<Config,
             });
         }
         (Transport::Tls, Some(keys)) => settings.extend(encrypted(side, keys)),
+    }
+    if side == Side::Sender {
+        let buffer = match endpoint.transport() {
+            Transport::Tcp => "transport/link/tcp/so_rcvbuf",
+            Transport::Tls => "transport/link/tls/so_rcvbuf",
+        };
+        settings.push((buffer, json!(RECEIVE_BUFFER)));
     }
     settings.extend(access::of(side, endpoint.transport()));
     let mut config = Config::default();

@@ -12,6 +12,7 @@ use crate::authority::{Authority, Says};
 use crate::forger::{Shows, config, forge_with, lie_in_wait};
 use crate::rig::{Room, Second, alone, free_endpoint, keys, remote_proc, until, world};
 
+mod floods;
 mod messages;
 
 use messages::{ears, forged};
