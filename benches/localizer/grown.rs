@@ -11,6 +11,7 @@ const TURNS: Turns = Turns {
     away: Duration::from_millis(1700),
     flow: Duration::from_millis(100),
     silent_s: 1.5,
+    counts_stale: false,
 };
 /// What is counted from on: what is set up once has been by then.
 const FIRST: u64 = 20;
@@ -30,8 +31,9 @@ pub(crate) fn measure(cycles: u64) {
         };
         back.push(run.cycle(way).back_ns);
         if [FIRST, SECOND, cycles].contains(&cycle) {
-            counts.push((cycle, held(&run)));
-            println!("after {cycle} cycles: live again {}", spread(back.clone()));
+            let held = held(&run);
+            println!("after {cycle} cycles: live again {}; {held:?}", spread(back.clone()));
+            counts.push((cycle, held));
         }
     }
     let Some((_, names)) = counts.first().cloned() else {
