@@ -13,4 +13,5 @@ mod names;
 mod peers;
 mod probed;
 mod python;
+mod quiet;
 mod support;

@@ -14,6 +14,8 @@ use crate::rig::{Room, Second, alone, free_endpoint, keys, remote_proc, until, w
 
 mod floods;
 mod messages;
+mod quiet;
+mod versions;
 
 use messages::{ears, forged};
 

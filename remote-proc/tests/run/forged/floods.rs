@@ -168,6 +168,7 @@ fn who_declares_or_asks_without_end_is_cut_off_and_the_others_go_on() {
         });
         // It dials again and again, and is not let in: whoever could go on would take more and more.
         let kib = flood.status("RssAnon:");
+        let cut_off = Instant::now();
         for _ in 0..200 {
             flood.pose(&mut came);
         }
@@ -178,6 +179,12 @@ fn who_declares_or_asks_without_end_is_cut_off_and_the_others_go_on() {
         });
         let grown = flood.status("RssAnon:").saturating_sub(kib);
         assert!(kib < 64 << 10 && grown < 8 << 10, "{kind}: {kib} KiB, and {grown} more");
+        // After a minute it may begin anew.
+        let times = flood.sender.said().matches("cut off").count();
+        assert!(
+            times == 1 || cut_off.elapsed() > Duration::from_secs(50),
+            "{kind}: {times} times"
+        );
         drop(flooder);
     }
 }
