@@ -165,7 +165,10 @@ fn a_model_has_a_double_frame_and_the_examination_none() {
         let [outer, inner] = [0..2, 5..7].map(|near| found.iter().any(|column| near.contains(column)));
         assert!(
             outer && inner && found.iter().all(|column| *column < 2 || (5..7).contains(column)),
-            "{found:?}"
+            "{found:?} of {:?}",
+            (0..12)
+                .map(|column| pixel(&renderer, [column, row]).0)
+                .collect::<Vec<_>>()
         );
     }
     // Not the white of a model, but the amber of a word that says that organs are at rest.
