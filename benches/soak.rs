@@ -1,8 +1,9 @@
 //! A long run: whether memory, files and latencies stay as they are.
 //!
-//! `cargo bench --bench soak -- [MINUTES] [kill SECONDS]` (120 minutes): navigates in config/demo.toml with a recording, looks every ten
-//! seconds, and fits a line to what is seen after the first tenth of the time. With `kill`, one process dies every so many seconds, each in
-//! its turn. Ends with 1 where something grows: by more than three errors of its slope, and by more than it may in a day.
+//! `cargo bench --bench soak -- [MINUTES] [kill SECONDS] [tissue]` (120 minutes): navigates in config/demo.toml with a recording, looks every
+//! ten seconds, and fits a line to what is seen after the first tenth of the time. With `kill`, one process dies every so many seconds, each
+//! in its turn. With `tissue` the scene is config/tissue.toml, whose tube strokes an organ all the time. Ends with 1 where something grows: by
+//! more than three errors of its slope, and by more than it may in a day; or where an image did not say what it shows of the organ.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
@@ -151,13 +152,32 @@ fn kill(status: &Value, turn: usize) {
     }
 }
 
+/// The text of the scene: in a folder of its own, so that what it names beside it has its whole path.
+fn scene(moves_organs: bool) -> String {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |name: &str| std::fs::read_to_string(root.join("config").join(name)).unwrap();
+    if !moves_organs {
+        return read("demo.toml");
+    }
+    let organs = root.join("config/solids/demo-kidney.toml");
+    let changed = [
+        ("solids/demo-kidney.toml", organs.to_str().unwrap()),
+        // Hardly ever still: in and out all the time.
+        ("pause_s = 3.0", "pause_s = 0.5"),
+    ];
+    changed.iter().fold(read("tissue.toml"), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let minutes: f64 = words.first().and_then(|n| n.parse().ok()).unwrap_or(120.0);
     let kills = words.iter().position(|w| w == "kill").and_then(|i| words.get(i + 1));
     let kills: Option<f64> = kills.map(|seconds| seconds.parse().unwrap());
     let world = World::new();
-    let demo = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/demo.toml")).unwrap();
+    let demo = scene(words.iter().any(|word| word == "tissue"));
     let scene = match kills {
         // As many deaths as this are a loop, and held, by the usual limits.
         Some(_) => demo.replace("[limits]", "[limits]\nrestarts = 100\nrestart_window_s = 1.0"),
@@ -176,8 +196,13 @@ fn main() -> ExitCode {
         }
     }
     let code = pilot.stop().code();
-    let problems = support::report(&world.path("out"))["problems"].clone();
+    let report = support::report(&world.path("out"));
+    let (problems, tissue) = (&report["problems"], &report["tissue"]);
     println!("{minutes} min, {turn} processes killed, exit code {code:?}, problems {problems}");
+    let is_marked = tissue.is_null() || tissue["unmarked"] == 0;
+    if !tissue.is_null() {
+        println!("images by what they show of the organ: {tissue}");
+    }
     println!("| | first | last | per hour |\n|---|---|---|---|");
     let mut all_flat = true;
     for (name, values) in &seen {
@@ -194,5 +219,9 @@ fn main() -> ExitCode {
             if grows { " GROWS" } else { "" }
         );
     }
-    if all_flat { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if all_flat && is_marked {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
 }

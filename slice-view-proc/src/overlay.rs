@@ -19,6 +19,7 @@ use crate::accuracy::Accuracy;
 use crate::tissue::Tissues;
 
 pub use shapes::NEAR_PLANE_MM;
+pub(crate) use tissue::covered_twice;
 pub(crate) use words::SMALLEST_WITH_WORDS;
 
 /// What the image claims about the present.
@@ -196,7 +197,7 @@ impl Overlay<'_> {
             Notice::Stale(_) => palette::WARN,
             Notice::Look if wordless => palette::WARN,
             _ if self.is_moving_replay() => palette::REPLAY,
-            _ if self.tissue_alarm().is_some() => palette::WARN,
+            _ if self.tissue_alarm().or(self.covered_twice_words()).is_some() => palette::WARN,
             _ if !self.remarks.is_empty() || (wordless && self.outside) => palette::WARN,
             _ => return None,
         };

@@ -4,7 +4,7 @@ mod organs;
 
 use std::sync::Arc;
 
-use bus::message::{Chosen, FrameState, Images, Marks};
+use bus::message::{Chosen, FrameState, Images, Marks, TissueShown};
 use bus::volume::VolumeView;
 use geometry::{Ct, DoorError, PlaneError, Point, Rigid, SlicePlane, Tool};
 use picture::Canvas;
@@ -23,6 +23,8 @@ use organs::Organs;
 
 /// How bright the last slice stays when there is no pose: 1 is 256.
 const DIMMED: u16 = 90;
+/// The same where there is a pose, but no state of the organs in time: they are not where they are drawn.
+const LATE: u16 = 170;
 
 /// Draws the images of one view; its buffers are taken once.
 #[derive(Debug)]
@@ -164,6 +166,11 @@ impl Renderer {
         &self.hu
     }
 
+    /// Pixels of the image drawn last that two places of organs claim: there the model has folded, or one organ lies in another.
+    pub fn covered_twice(&self) -> usize {
+        self.organs.covered_twice()
+    }
+
     /// Draws an image; returns its plane.
     ///
     /// # Errors
@@ -226,8 +233,11 @@ impl Renderer {
             }
             None => self.cut(what, plane, resampler)?,
         }
+        let is_late = what.tissue.shown == TissueShown::Late && what.tissue.late_ns.is_some();
         if lost {
             self.canvas.dim(DIMMED);
+        } else if is_late {
+            self.canvas.dim(LATE);
         }
         let overlay = Overlay {
             view: &self.view,
@@ -248,7 +258,10 @@ impl Renderer {
             registration_id: what.registration_id,
             volume: what.volume_name,
             marks: what.marks,
-            tissue: what.tissue,
+            tissue: Tissues {
+                covered_twice: self.organs.covered_twice(),
+                ..what.tissue
+            },
             caution: self.surface.as_ref().map_or(resampler.caution(), Overview::caution),
         };
         overlay.draw(&mut self.canvas);
@@ -271,6 +284,7 @@ impl Renderer {
                 None => self.organs.clear(),
             }
         } else {
+            self.organs.clear();
             self.hu.fill(f32::from(what.volume.padding_hu));
         }
         to_grey(self.view.window, &self.hu, self.canvas.rgba_mut());

@@ -106,6 +106,7 @@ struct SliceView {
     load_labels: LoadLabels,
     /// Organs that the tube moves, where the scene has any.
     tissue: Option<Tissue>,
+    folded: tissue::Folded,
     /// Where time waits for the state of a pose.
     awaited: Option<tissue::Awaited>,
 }
@@ -186,6 +187,7 @@ impl SliceView {
             guides: Subscriber::open(&process.bus, &GUIDE, "", GUIDE.buffer)?,
             chosens: Chosens::default(),
             tissue: tissue::open(&process, plane)?,
+            folded: tissue::Folded::default(),
             awaited: None,
             resampler: Chosen::new(render),
             process,
@@ -231,7 +233,7 @@ impl SliceView {
         if let Some(volume) = &self.volume {
             self.resampler.advance(&volume.view());
         }
-        let note = || self.resampler.note() + &self.wordless;
+        let note = || self.resampler.note() + &self.wordless + &self.folded.note();
         self.process.beat_with(ProcessState::Ready, note)?;
         Ok(ControlFlow::Continue(()))
     }

@@ -3,7 +3,7 @@
 use bus::message::{Chosen, FrameStamp, Images, TargetShown, TissueHeader, TissueShown, ToolPose};
 use scene::Scene;
 
-use crate::overlay::Notice;
+use crate::overlay::{Notice, covered_twice};
 use crate::render::{RenderError, Rendered, Renderer};
 use crate::reslice::Resampler;
 use crate::tissue::{Answers, Tissues};
@@ -49,6 +49,11 @@ impl<'a> Shot<'a> {
                 renderer.render(what, self.scene, resampler)?;
             }
             drawn => drop(drawn?),
+        }
+        // A folded model is told by its name in whatever keeps the stamp, as a refused pose is.
+        let pixels = renderer.covered_twice();
+        if why.is_empty() && pixels > 0 {
+            why = covered_twice(pixels);
         }
         let shown = (&what.tissue, what.chosen);
         Ok(stamped(stamp_of(self.sample, what), self.tissue, shown).refused_because(&why))
@@ -103,3 +108,6 @@ fn stamped(
         ..stamp
     }
 }
+
+#[cfg(test)]
+mod tests;

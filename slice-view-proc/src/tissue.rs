@@ -32,6 +32,8 @@ pub struct Tissues<'a> {
     pub force_n: Option<f64>,
     /// What a settled state tells of the model's errors at places.
     pub errors: Option<&'a TissueHeader>,
+    /// Pixels that two places claim: of an image that is drawn, by whoever draws it, whatever the state is called.
+    pub covered_twice: usize,
 }
 
 /// How well a model knows where it has a place.
@@ -274,5 +276,7 @@ impl Tissue {
     }
 }
 
+#[cfg(test)]
+pub(crate) mod stage;
 #[cfg(test)]
 mod tests;

@@ -1,5 +1,10 @@
 //! Organs that move with the tube: in images with the state of their very pose, and with a word where there is none.
 
+mod killed;
+mod lost;
+mod slow;
+mod watch;
+
 use std::collections::BTreeMap;
 
 use crate::support::{World, kill_9, pid_in, wait_for};
@@ -42,6 +47,8 @@ fn scene(world: &World) -> std::path::PathBuf {
         .replace("insert_s = 8.0", "insert_s = 40.0")
         .replace("noise_mm = 0.05", "noise_mm = 0.0")
         .replace("noise_deg = 0.01", "noise_deg = 0.0")
+        // What stands still for a second is not to be killed for it on a busy machine.
+        .replace("stale_ms = 300.0", "stale_ms = 300.0\nsilent_s = 10.0")
         .replace(
             "[recording]",
             &format!(
@@ -103,6 +110,12 @@ impl Rig {
     }
 }
 
+/// Of a settled state in which the organ presses on the tube.
+fn pushed(stamp: &FrameStamp, state: Option<&TissueHeader>) -> bool {
+    let force = |state: &TissueHeader| state.force.iter().map(|f| f * f).sum::<f64>().sqrt();
+    stamp.tissue == TissueShown::Settled.code() && state.is_some_and(|state| force(state) > 0.5)
+}
+
 /// Values of the 27 functions of a cube at a place from -1 to 1.
 fn functions(at: [f64; 3]) -> [f64; 27] {
     let along = at.map(|x| [x * (x - 1.0) / 2.0, 1.0 - x * x, x * (x + 1.0) / 2.0]);
@@ -134,10 +147,6 @@ fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_
     let pilot = world.start(&scene(&world), &world.path("out"), "default");
     let status = pilot.wait_live();
     let mut rig = Rig::open(&world);
-    let pushed = |stamp: &FrameStamp, state: Option<&TissueHeader>| {
-        let force = |state: &TissueHeader| state.force.iter().map(|f| f * f).sum::<f64>().sqrt();
-        stamp.tissue == TissueShown::Settled.code() && state.is_some_and(|state| force(state) > 0.5)
-    };
     let frame = rig.image("an image of a pushed organ", pushed);
     let stamp = frame.header().stamp;
     let (state, places) = &rig.came[&stamp.tissue_seq];

@@ -7,7 +7,7 @@ use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
 use geometry::{Ct, DoorError, Model as ModelFrame, Point, Rigid, VolumeGrid, Voxel, checked};
 use nalgebra::Vector3;
-use organs::{Labels, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
+use organs::{Body, Labels, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
 use simulation::space::cells::Lattice;
 use simulation::space::frames::{Frames, NoFrames, Settings};
@@ -144,10 +144,11 @@ pub(crate) fn make(
     let mesh = message::mesh(body, &lattice, (ct_from_model, hash));
     let kept: String = model.obstacles.iter().map(kept_out).collect();
     let said = format!(
-        "{}: {} cubes, {} unknowns{kept}",
+        "{}: {} cubes, {} unknowns{kept}{}",
         body.name,
         lattice.cubes.len(),
-        body.mesh.unknowns()
+        body.mesh.unknowns(),
+        cut_off(body)
     );
     let varied = Varied::all(&model, &plan, &labels).map_err(|why| source.error_at(why))?;
     let body = body.clone();
@@ -171,6 +172,14 @@ fn kept_out(obstacle: &Obstacle) -> String {
         )
     });
     format!(", kept out of {}{}", obstacle.by, left.unwrap_or_default())
+}
+
+/// Whether the label map ends within the organ: no surface is there, so that neither the tube nor anything that holds it acts on it there.
+fn cut_off(body: &Body) -> &'static str {
+    match body.facts.cut.iter().flatten().any(|cut| *cut) {
+        true => ", CUT OFF by the border of the label map: what lies beyond is not in the model",
+        false => "",
+    }
 }
 
 /// The scene of organs that a table names, checked but for what the label map says.

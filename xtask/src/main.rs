@@ -41,8 +41,8 @@ cargo xtask overload [SECONDS] [load N]           navigates for SECONDS (20) bes
                                   how late the images were (docs/faults.md)
 cargo xtask scenes [SECONDS]      runs each shipped scene for SECONDS (10) and prints the threads, memory and processor time of its
                                   processes, as a table (docs/scenes.md)
-cargo xtask soak [MINUTES] [kill SECONDS]         navigates for MINUTES (120) and prints the slopes of memory, files and latencies;
-                                  with `kill`, a process dies every so many seconds
+cargo xtask soak [MINUTES] [kill SECONDS] [tissue]   navigates for MINUTES (120) and prints the slopes of memory, files and latencies;
+                                  with `kill`, a process dies every so many seconds; with `tissue`, the tube strokes an organ
 cargo xtask fuzz [SECONDS] [TARGET ...]   libFuzzer on every parser of files and messages, 60 s each (needs a C++ compiler);
                                   inputs that are not survived go to fuzz/artifacts
 cargo xtask dist                  what a user installs, into the build folder's dist/: a tarball and, where dpkg-deb is to be had, a

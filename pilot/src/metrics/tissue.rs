@@ -20,6 +20,8 @@ pub(crate) struct TissueBook {
     counts: [u64; TissueShown::ALL.len()],
     /// Images, however often drawn and whatever asked for, that say nothing or have a code that no version has.
     unmarked: u64,
+    /// Images, however often drawn, of a model that has folded: two places of it claim some of their pixels.
+    covered_twice: u64,
     /// How many first images a model's refusal left at rest, by its words.
     refused: BTreeMap<String, u64>,
     /// From capture to handing over, of images with organs where a state has them, ms.
@@ -33,6 +35,8 @@ pub(crate) struct TissueReport {
     pub(crate) images: BTreeMap<&'static str, u64>,
     /// Images that say nothing of organs though the scene moves some: that must never be.
     pub(crate) unmarked: u64,
+    /// Images on which tissue lies over itself, and which say so.
+    pub(crate) covered_twice: u64,
     /// Why a model refused poses, in its words, with the number of their first images.
     pub(crate) refused_because: BTreeMap<String, u64>,
     /// From the capture of a pose to the image of organs where the state of that pose has them.
@@ -44,6 +48,7 @@ impl Default for TissueBook {
         Self {
             counts: Default::default(),
             unmarked: 0,
+            covered_twice: 0,
             refused: BTreeMap::new(),
             moved_ms: Histogram::new(1e-3, 1e6),
         }
@@ -55,6 +60,9 @@ impl TissueBook {
     pub(super) fn said(&mut self, stamp: &FrameStamp) {
         let shown = TissueShown::from_code(stamp.tissue);
         self.unmarked += u64::from(shown.is_none_or(|shown| shown == TissueShown::None));
+        // Of a pose that is not refused the stamp has no other words than that.
+        let is_moved = matches!(shown, Some(TissueShown::Settled | TissueShown::Approximate));
+        self.covered_twice += u64::from(is_moved && !stamp.tissue_why().is_empty());
     }
 
     /// The first image of a pose, handed over `age_ns` behind its capture.
@@ -84,6 +92,7 @@ impl TissueBook {
         TissueReport {
             images: TissueShown::ALL.iter().skip(1).map(of).collect(),
             unmarked: self.unmarked,
+            covered_twice: self.covered_twice,
             refused_because: self.refused.clone(),
             pose_to_tissue_ms: percentiles(&self.moved_ms),
         }
@@ -96,7 +105,11 @@ impl TissueReport {
         let counts: Vec<_> = self.images.iter().filter(|(_, n)| **n > 0).collect();
         let counts: Vec<_> = counts.iter().map(|(word, n)| format!("{word} {n}")).collect();
         let took = &self.pose_to_tissue_ms;
-        let shown = format!("images by their organs: {}", counts.join(", "));
+        let twice = match self.covered_twice {
+            0 => String::new(),
+            images => format!("; tissue covered twice on {images}"),
+        };
+        let shown = format!("images by their organs: {}{twice}", counts.join(", "));
         // Where time waits for images nothing is said of the machine.
         if took.max <= 0.0 {
             return shown;
@@ -153,6 +166,20 @@ mod tests {
         let because = book.counted().refused_because;
         assert_eq!((because["draw it back"], because.len()), (2, MOST_REASONS + 1));
         assert_eq!(because[OTHER_REASONS], 42 - 2 - (MOST_REASONS as u64 - 1));
+        book.said(&refused("draw it back"));
+        assert_eq!(book.counted().covered_twice, 0);
+        let folded = |shown: TissueShown| stamp(shown.code()).refused_because("TISSUE COVERED TWICE: 31 px");
+        book.said(&folded(TissueShown::Settled));
+        book.said(&folded(TissueShown::Approximate));
+        let report = book.counted();
+        assert!(
+            report.covered_twice == 2
+                && report
+                    .line()
+                    .contains("late 1, refused 42, settled 2; tissue covered twice on 2"),
+            "{}",
+            report.line()
+        );
         for shown in [TissueShown::None.code(), 99, TissueShown::Late.code()] {
             book.said(&stamp(shown));
         }

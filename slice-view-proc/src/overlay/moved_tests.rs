@@ -77,6 +77,7 @@ fn settled<'a>(shapes: &'a Shapes, places: &'a [[f32; 3]]) -> Tissues<'a> {
         seq: 1,
         force_n: None,
         errors: None,
+        covered_twice: 0,
     }
 }
 
@@ -271,6 +272,33 @@ fn what_no_moved_organ_holds_stays_where_it_is() {
             let before = canvas.rgba().to_vec();
             overlay.draw_places_at_rest(&mut canvas);
             assert_eq!(canvas.rgba(), before);
+        });
+    }
+}
+
+/// The pixels alone, without a word or a number anywhere, were all that told of a folded model.
+#[test]
+fn tissue_that_is_covered_twice_is_said_whatever_the_state_is_called() {
+    let (shapes, places) = organ([70.0, 50.0, 50.0], |_| [-5.0, 0.0, 0.0]);
+    for shown in [TissueShown::Settled, TissueShown::Approximate] {
+        let once = Tissues {
+            shown,
+            ..settled(&shapes, &places)
+        };
+        let twice = Tissues {
+            covered_twice: 31,
+            ..once
+        };
+        of_far(once, |overlay| {
+            assert!(!words(overlay).contains("COVERED"), "{}", words(overlay))
+        });
+        of_far(twice, |overlay| {
+            let said = words(overlay);
+            assert!(
+                said.contains("TISSUE COVERED TWICE: 31 px") && said.contains("MODEL"),
+                "{said}"
+            );
+            assert_eq!(overlay.frame().map(|(colour, _)| colour), Some(palette::WARN));
         });
     }
 }

@@ -334,6 +334,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
                 notice,
                 tissue: crate::tissue::Tissues {
                     errors: None,
+                    covered_twice: 0,
                     shown,
                     moved: moved.filter(|_| is_moved),
                     late_ns,

@@ -36,6 +36,11 @@ fn age(age_ns: i64) -> String {
     }
 }
 
+/// Of an image in which two places claim so many pixels.
+pub(crate) fn covered_twice(pixels: usize) -> String {
+    format!("TISSUE COVERED TWICE: {pixels} px")
+}
+
 impl Overlay<'_> {
     /// Whether organs are shown where a model has them.
     pub(super) fn shows_model(&self) -> bool {
@@ -55,7 +60,8 @@ impl Overlay<'_> {
     /// A line within the frame of a moving replay that has no room for words: what it would say of the tissue. The frame itself says that
     /// it is a replay.
     pub(super) fn wordless_frame(&self, canvas: &mut Canvas) {
-        if !self.has_words() && self.is_moving_replay() && self.tissue_alarm().is_some() {
+        let is_told = self.tissue_alarm().or(self.covered_twice_words()).is_some();
+        if !self.has_words() && self.is_moving_replay() && is_told {
             // Two pixels: a thinner line has hardly its colour on so small an image.
             self.inner_line(canvas, INSET, Line::solid(palette::WARN, 2.0));
         }
@@ -180,6 +186,12 @@ impl Overlay<'_> {
                 canvas.line(from.at, to.at, line);
             }
         }
+    }
+
+    /// Where the model has folded, of a settled state too: its certificate is of the elements, and not of the small cubes that are drawn.
+    pub(super) fn covered_twice_words(&self) -> Option<String> {
+        let pixels = self.tissue.covered_twice;
+        (pixels > 0).then(|| covered_twice(pixels))
     }
 
     /// What a person must be told of the tissue.

@@ -258,6 +258,7 @@ impl Overlay<'_> {
             alarms.push((text.to_owned(), palette::WARN));
         }
         alarms.extend(self.tissue_alarm().map(|text| (text, palette::WARN)));
+        alarms.extend(self.covered_twice_words().map(|text| (text, palette::WARN)));
         alarms.extend(self.remarks.iter().map(|remark| ((*remark).to_owned(), palette::WARN)));
         alarms
     }

@@ -26,6 +26,8 @@ pub(super) struct Organs {
     hu: Vec<f32>,
     /// Of pixels that are no slice of the examination: which, and what they are.
     marked: Vec<(usize, Pixel)>,
+    /// How many of these two places claim.
+    covered_twice: usize,
 }
 
 impl Organs {
@@ -41,12 +43,14 @@ impl Organs {
         resampler: &mut dyn Resampler,
         hu: &mut [f32],
     ) -> Result<(), RenderError> {
+        // Also where nothing comes of this image: marks of the one before are not its own.
+        self.clear();
         let ct_from_model = moved.shapes.ct_from_model;
         let plane = of_model(plane, ct_from_model)?;
         let warped = self.warp.draw(&plane, &moved.organs())?;
         self.at.clear();
         self.places.clear();
-        self.marked.clear();
+        self.covered_twice = warped.twice;
         sort(warped, &mut self.at, &mut self.marked);
         let placed = |at: &usize| {
             let [x, y, z] = warped.rest[*at].map(f64::from);
@@ -64,6 +68,12 @@ impl Organs {
     /// Nothing is tissue and nothing marked.
     pub(super) fn clear(&mut self) {
         self.marked.clear();
+        self.covered_twice = 0;
+    }
+
+    /// Pixels of this image that two places claim.
+    pub(super) fn covered_twice(&self) -> usize {
+        self.covered_twice
     }
 
     /// Hatches what tissue has left, and colours what two places claim.
@@ -99,3 +109,6 @@ fn of_model(plane: &SlicePlane, ct_from_model: Rigid<Ct, Model>) -> Result<Slice
     let origin = (model_from_ct * plane.origin()).mm();
     Ok(checked::slice_plane(origin, axes, plane.pixel_mm(), plane.size())?)
 }
+
+#[cfg(test)]
+mod tests;

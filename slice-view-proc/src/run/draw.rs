@@ -162,6 +162,8 @@ impl SliceView {
                 };
                 if let Some(sent) = output.send(stamp, clock, latest_ns)? {
                     self.stamps.send(sent)?;
+                    let (renderer, seq) = (&output.renderer, sample.seq);
+                    self.folded.count(renderer.covered_twice(), &renderer.view().name, seq);
                     break;
                 }
                 what.notice = Notice::Stale(clock.now_ns() - sample.t_capture_ns);

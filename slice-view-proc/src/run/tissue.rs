@@ -25,6 +25,42 @@ pub(super) struct Awaited {
     until_ns: i64,
 }
 
+/// Images on which tissue lies over itself: the model has folded.
+#[derive(Debug, Default)]
+pub(super) struct Folded {
+    images: u64,
+    /// Pixels of the worst one.
+    most: usize,
+}
+
+impl Folded {
+    /// Counts an image, handed over with so many such pixels. The first is told; how many there are since, the status says.
+    pub(super) fn count(&mut self, pixels: usize, view: &str, seq: u64) {
+        if pixels == 0 {
+            return;
+        }
+        if self.images == 0 {
+            bus::stderr_line!(
+                "slice-view-proc: warning: {view}, pose {seq}: two places of the tissue claim {pixels} pixels: the model has folded. The image says so; \
+                 further ones are only counted"
+            );
+        }
+        self.images += 1;
+        self.most = self.most.max(pixels);
+    }
+
+    /// For the status and the report.
+    pub(super) fn note(&self) -> String {
+        match self.images {
+            0 => String::new(),
+            images => format!(
+                "; tissue covered twice on {images} images, {} pixels at most",
+                self.most
+            ),
+        }
+    }
+}
+
 /// What becomes of the states in the views of a direction; `None` where no organ of the scene moves.
 ///
 /// # Errors

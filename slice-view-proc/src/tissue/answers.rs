@@ -126,6 +126,7 @@ impl Answers {
                 x.hypot(y).hypot(z)
             }),
             errors: Some(&kept.header),
+            ..Tissues::default()
         }
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Output;
 
+use crate::support::nifti::Nifti;
 use crate::support::{World, stderr, stdout};
 
 /// The shipped kidney of the generated patient.
@@ -136,4 +137,59 @@ fn organs_that_cannot_be_meshed_or_met_are_named_unless_that_is_left_out() {
             stdout(&quick)
         );
     }
+}
+
+/// Without them an organ has no place that it comes back to.
+#[test]
+fn an_organ_that_nothing_holds_is_named() {
+    let text = kidney();
+    let held = text.find("# Fat of some").unwrap()..text.find("[tube]").unwrap();
+    let free = text.replace(&text[held], "");
+    is_refused(&check(&free, VOLUME, &[]), "left kidney");
+}
+
+/// 40 x 30 x 30 voxels of 3 mm whose axes are the patient's, from voxel 0 at the origin.
+fn voxels(value: impl Fn([f64; 3]) -> i16) -> Vec<u8> {
+    let turned = Nifti::header().dims([40, 30, 30]);
+    // LPS is the file's RAS with x and y the other way.
+    let placed = (0..3).fold(turned, |nifti, axis| {
+        let along = if axis == 2 { 3.0 } else { -3.0 };
+        nifti.f32(80 + 4 * axis, 3.0).f32(280 + 20 * axis, along)
+    });
+    let all = (0..40 * 30 * 30).map(|at| [at % 40, at / 40 % 30, at / 1200].map(|index| 3.0 * f64::from(index)));
+    placed.with(all.flat_map(|place| value(place).to_le_bytes())).into()
+}
+
+/// `pilot check` of a ball of 15 mm whose middle lies at this height; the map ends at 88.5 mm.
+fn check_ball(height: f64) -> String {
+    let world = World::new();
+    let ball = |[x, y, z]: [f64; 3]| {
+        let away = ((x - 60.0).powi(2) + (y - 45.0).powi(2) + (z - height).powi(2)).sqrt();
+        i16::from(away < 15.0)
+    };
+    std::fs::write(world.path("ct.nii"), voxels(|_| 0)).unwrap();
+    std::fs::write(world.path("labels.nii"), voxels(ball)).unwrap();
+    let [from, to] = [height - 20.0, height - 12.0];
+    let organs = format!(
+        "title = \"A ball\"\nunits = {{ length = \"mm\", stress = \"N/mm2\" }}\n[space]\nlabels = \"labels.nii\"\n\
+        [[organs]]\nname = \"ball\"\nlabel = 1\nlaw = \"neo-hookean\"\nyoung = 5e-3\npoisson = 0.45\nsmoothing = 2.0\n\
+        cubes = {{ side = 12.0, levels = 0, within = [] }}\n[surroundings]\nyoung = 2e-3\nmargin = 20.0\ncorridor = 12.0\n\
+        [tube]\ndiameter = 12.0\nlength = 180.0\nentry = [20.0, 45.0, {from:?}]\ntarget = [60.0, 45.0, {to:?}]\nstroke = 20.0\nstep = 2.0\n"
+    );
+    world.file("organs.toml", &organs);
+    let scene = "[volume]\nsource = \"ct.nii\"\n[tool]\ndiameter_mm = 12.0\n[tissue]\norgans = \"organs.toml\"\n";
+    let scene = world.file("scene.toml", scene);
+    let output = world.output("pilot", &["check", scene.to_str().unwrap()]);
+    let said = stdout(&output) + &stderr(&output);
+    assert!(said.contains("ball: "), "{said}");
+    said
+}
+
+/// `simulate` told it, and whoever started a run did not.
+#[test]
+fn an_organ_that_the_border_of_the_examination_cuts_off_is_said_and_a_whole_one_is_not() {
+    let cut = check_ball(80.0);
+    assert!(cut.contains("CUT OFF by the border of the label map"), "{cut}");
+    let whole = check_ball(50.0);
+    assert!(whole.contains("cubes") && !whole.contains("CUT OFF"), "{whole}");
 }
