@@ -161,7 +161,7 @@ fn the_shipped_studies_are_good() {
         (include_str!("../../../config/study/accuracy.toml"), 1000),
         (include_str!("../../../config/study/planted.toml"), 100),
         (include_str!("../../../config/study/pixels.toml"), 20),
-        (include_str!("../../../config/study/breathing.toml"), 240),
+        (include_str!("../../../config/study/breathing.toml"), 80),
         (include_str!("../../../config/study/dials.toml"), 1600),
         (include_str!("../../../config/study/extremes.toml"), 100),
         (include_str!("../../../config/study/factorial.toml"), 960),
