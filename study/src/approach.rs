@@ -1,8 +1,10 @@
-//! One approach: the scripted hand steers the tube to a target by what the sight shows of poses that the chain makes.
+//! One approach: the scripted hand steers the tube to a target by what the sight, or the window's pixels, show of poses that the chain
+//! makes.
 
 use std::cell::{Cell, RefCell};
 use std::f64::consts::{PI, TAU};
 
+use bus::message::Lost;
 use chance::Chance;
 use geometry::{Ct, Direction, Point, Rigid, Tool, Uncertain, Vector};
 use guidance::sight::{Aim, Covariance};
@@ -10,7 +12,10 @@ use hand::{Conditions, Dial, Measured, Outcome, Posture, Sensor, SightReader, Ta
 use tracker_proc::chain::{Chain, Found, Reason};
 use tracker_proc::operating_room::{Frame, OperatingRoom};
 
-use crate::plan::Dials;
+use crate::Words;
+use crate::pixels::PixelReader;
+use crate::plan::{Dials, Display};
+use crate::record::Reasons;
 use crate::room::LENGTH_MM;
 use crate::truth::understated;
 
@@ -55,8 +60,12 @@ pub(crate) struct Approached {
     pub(crate) outcome: Outcome,
     /// `None` where no picture showed a pose.
     pub(crate) last: Option<Last>,
-    /// Pictures looked at, and those of them without a pose.
-    pub(crate) pictures: [u64; 2],
+    /// When it ended, s of the room's time.
+    pub(crate) ended_s: f64,
+    /// Pictures looked at.
+    pub(crate) pictures: u64,
+    /// Those of them without a pose, by reason.
+    pub(crate) reasons: Reasons,
 }
 
 /// The chain as what measures the tube.
@@ -66,11 +75,23 @@ struct Chained<'a> {
     dials: &'a Dials,
     first: u64,
     last: RefCell<Option<Last>>,
-    pictures: Cell<[u64; 2]>,
+    pictures: Cell<u64>,
+    reasons: Cell<Reasons>,
     tape: Option<&'a RefCell<Tape>>,
 }
 
 impl Chained<'_> {
+    /// Counts a picture, and why it has no pose.
+    fn count(&self, found: Result<&Found, &Reason>) {
+        self.pictures.set(self.pictures.get() + 1);
+        let Err(reason) = found else { return };
+        let mut reasons = self.reasons.get();
+        let each = Lost::ALL.into_iter().zip(&mut reasons);
+        each.filter(|(lost, _)| *lost == reason.lost())
+            .for_each(|(_, count)| *count += 1);
+        self.reasons.set(reasons);
+    }
+
     /// Keeps the frames up to this one. What is before the present does not change any more.
     fn keep(&self, number: i64, truly: &dyn Fn(f64) -> Option<Rigid<Ct, Tool>>) {
         let Some(tape) = self.tape else { return };
@@ -97,8 +118,7 @@ impl Sensor for Chained<'_> {
         let seq = self.first.saturating_add_signed(number as i64);
         let frame = self.localizer.frame_at(seq, pose);
         let found = self.chain.solve(&frame.tool, &frame.reference);
-        let [pictures, lost] = self.pictures.get();
-        self.pictures.set([pictures + 1, lost + u64::from(found.is_err())]);
+        self.count(found.as_ref());
         let pose = found.ok()?.ct_from_tool;
         *self.last.borrow_mut() = Some(Last { frame, pose });
         Some(Measured {
@@ -146,20 +166,24 @@ pub(crate) fn task(seed: u64, target: Point<Ct>, radius_mm: f64, (quiet, seq): (
 }
 
 /// Does one task; frames of the localizer count from `from` on, and are kept on the tape, where there is one.
+///
+/// # Errors
+/// Where the machine failed: the window was not painted.
 pub(crate) fn approach(
     task: &Task,
     (localizer, chain): (&OperatingRoom, &Chain),
     dials: &Dials,
     from: u64,
     tape: Option<&RefCell<Tape>>,
-) -> Approached {
+) -> Result<Approached, Words> {
     let sensor = Chained {
         localizer,
         chain,
         dials,
         first: from + BEFORE,
         last: RefCell::new(None),
-        pictures: Cell::new([0; 2]),
+        pictures: Cell::new(0),
+        reasons: Cell::new(Reasons::default()),
         tape,
     };
     let conditions = Conditions {
@@ -167,12 +191,23 @@ pub(crate) fn approach(
         limit_s: LIMIT_S,
         ..Conditions::default()
     };
-    let outcome = perform_with(task, &mut SightReader::new(Dial::FULL_HD), &conditions, &sensor);
-    Approached {
+    let outcome = match dials.display {
+        Display::Sight => perform_with(task, &mut SightReader::new(Dial::FULL_HD), &conditions, &sensor),
+        Display::Pixels => {
+            // A screen of its own for each approach: what is painted does not depend on what was painted before.
+            let mut reader = PixelReader::new()?;
+            let outcome = perform_with(task, &mut reader, &conditions, &sensor);
+            reader.painted()?;
+            outcome
+        }
+    };
+    Ok(Approached {
         outcome,
-        last: sensor.last.into_inner(),
+        ended_s: sensor.first as f64 / dials.localizer.rate_hz + outcome.time_s,
+        last: sensor.last.take(),
         pictures: sensor.pictures.get(),
-    }
+        reasons: sensor.reasons.get(),
+    })
 }
 
 /// The pose of a tube that stands where it is to end: for what is told of an operation that was refused.

@@ -14,8 +14,8 @@ use crate::worst;
 const HELP: &str = "\
 Every operation goes the whole way in silico, by the functions and files of the real chain and in virtual time: the tool's marker is \
 calibrated from frames of its emitters, the tip by pivoting, the tool in its seat on the base; beads are found in the image of a CT and \
-touched; the patient is registered and the registration checked; then a scripted hand steers to each target by the sight. The truth \
-is the simulator's. What comes out is held against what was predicted. With registration = \"surface\" a tracked ultrasound probe sees the pelvis in the \
+touched; the patient is registered and the registration checked; then a scripted hand steers to each target by the sight, or with display = \"pixels\" \
+by what stands in the pixels of the window. The truth is the simulator's. What comes out is held against what was predicted. With registration = \"surface\" a tracked ultrasound probe sees the pelvis in the \
 place of the beads, and bone from the CT's image is registered to its images.
 
 DIR gets operations.csv (a line for each target of each operation), report.html with its charts, tables.md, and worst/: the worst operations as \
@@ -26,6 +26,7 @@ DIR/images by the hash of what they are made of; ct.fresh = true makes one for e
 A study file:
   seed = 1
   operations = 100               # of each stratum
+  display = \"sight\"              # or \"pixels\"
   [all]                          # what holds for all strata; all keys have a usual value
   localizer = { across_mm = 0.1, depth_mm = 0.15 }
   [[stratum]]
@@ -40,7 +41,8 @@ A study file:
 Examples:
   study config/study/small.toml --out DIR
   pilot study config/study/accuracy.toml --out DIR
-  pilot study config/study/surface.toml --out DIR --threads 2";
+  pilot study config/study/surface.toml --out DIR --threads 2
+  pilot study config/study/*.toml --out DIR      # strata of one name are told as FILE.NAME";
 
 /// Holds the predicted error of whole operations against the true one, in silico
 #[derive(Debug, Parser)]

@@ -12,7 +12,7 @@ use crate::record::{HEADER, MOST_LINE, Row};
 /// The value of `format` in `study.json`.
 const FORMAT: &str = "trocar-study";
 /// Of `version`. It rises when lines mean something else than before.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const STUDY: &str = "study.json";
 const LINES: &str = "operations.csv";
 /// The folder of examinations.

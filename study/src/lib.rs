@@ -20,11 +20,13 @@
 //! killed and started anew ([`run`]).
 
 mod approach;
+mod breathing;
 pub mod cli;
 mod folder;
 mod images;
 mod operation;
 mod patient;
+pub mod pixels;
 pub mod plan;
 pub mod record;
 pub mod report;

@@ -10,10 +10,11 @@ use tracker_proc::chain::{Chain, Registration};
 use tracker_proc::operating_room::OperatingRoom;
 
 use crate::approach::{Approached, Tape, approach, at_target, longest_s, push, task};
+use crate::breathing::Breath;
 use crate::images::Images;
 use crate::patient::{metal, patient, touched};
 use crate::plan::{Bump, PlantedIn, Stratum};
-use crate::record::{Ended, Row};
+use crate::record::{Ended, Reasons, Row};
 use crate::room::{TUBE, TrueRoom};
 use crate::steps::{Misplaced, Prepared, Refused, Step, Verdict, Work, true_from_calibrated, true_tool};
 use crate::truth::{LINKS, Told, True, alone, length, shifted, told};
@@ -51,7 +52,7 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
         Ok(mut ready) => {
             let mut rows = Vec::new();
             for (at, target) in (0..).zip(&targets) {
-                rows.push(ready.approached(&work, number, target, (task_seed(&work, at), None)));
+                rows.push(ready.approached(&work, number, target, (task_seed(&work, at), None))?);
             }
             Ok(rows)
         }
@@ -80,7 +81,7 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
 
 /// The files of an operation, and what all that is drawn follows from.
 fn work<'a>(stratum: &'a Stratum, number: u64, folder: &'a Path) -> Work<'a> {
-    let name = blake3::hash(stratum.name.as_bytes());
+    let name = blake3::hash(stratum.own_name.as_bytes());
     // The first bytes of the name's hash: strata of one seed draw apart.
     let of_name = name
         .as_bytes()
@@ -131,7 +132,7 @@ pub(crate) fn again(
     let target = targets.get(at);
     let target = target.ok_or_else(|| Refused::at(Step::Chain)("the operation has no such target"))?;
     let tape = RefCell::new(Tape::default());
-    let row = ready.approached(&work, number, target, (task_seed(&work, at as u64), Some(&tape)));
+    let row = ready.approached(&work, number, target, (task_seed(&work, at as u64), Some(&tape)))?;
     Ok(Again {
         row,
         tape: tape.into_inner(),
@@ -180,6 +181,7 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
             ct_from_reference: room.ct_from_reference(),
             marker_from_tool: true_tool(&room),
             gauge,
+            breath: dials.breathing.map(|breathing| Breath::drawn(breathing, work.seed)),
         },
         bump: bumped.map_or("", |(_, when)| when),
         check,
@@ -242,13 +244,17 @@ fn planted(stratum: &Stratum, chain: Chain) -> Option<Chain> {
 }
 
 impl Ready {
+    /// The line of one target.
+    ///
+    /// # Errors
+    /// Where the machine failed.
     fn approached(
         &mut self,
         work: &Work<'_>,
         number: u64,
         target: &Landmark,
         (seed, tape): (u64, Option<&RefCell<Tape>>),
-    ) -> Row {
+    ) -> Result<Row, Refused> {
         let dials = &work.stratum.dials;
         let row = Row {
             bump: self.bump.to_owned(),
@@ -258,26 +264,24 @@ impl Ready {
         let from = self.room.next_frame();
         self.room.wait(longest_s(self.room.rate_hz()));
         let Some(task) = task(seed, target.centre, dials.radius_mm, (&self.quiet, from)) else {
-            return Row {
-                step: "way".to_owned(),
+            return Ok(Row {
+                step: Step::Way.word().to_owned(),
                 ..row
-            };
+            });
         };
         if let Some(why) = &self.refused {
             let why = why.clone();
             let told = at_target(&task).and_then(|pose| self.unmoved(pose, from, target.centre));
-            return self.judged(
-                told,
-                dials.check_max_mm,
-                Row {
-                    step: Step::Check.word().to_owned(),
-                    why,
-                    ..row
-                },
-            );
+            let row = Row {
+                step: Step::Check.word().to_owned(),
+                why,
+                ..row
+            };
+            return Ok(self.judged(told, dials.check_max_mm, row));
         }
         let done = approach(&task, (&self.room.localizer, &self.chain), dials, from, tape);
-        self.told(&done, target.centre, dials.understated, row)
+        let done = done.map_err(Refused::at(Step::Way))?;
+        Ok(self.told(&done, target.centre, dials.understated, row))
     }
 
     /// What would be told of the tool at the target, in a frame without noise.
@@ -287,13 +291,11 @@ impl Ready {
         told(&self.truth, &self.chain, (&frame, &frame), &found.ct_from_tool, target)
     }
 
-    /// A refusal of the check is right where the registration is truly off at the target by more than the radius that its own covariance
-    /// gives for 95 of 100, or by more than is allowed. A check that could not be made says nothing of it.
+    /// The line of an operation that the check refused.
     fn judged(&self, told: Option<Told>, max_mm: f64, row: Row) -> Row {
         let Some(told) = told else { return row };
-        let [found, radius] = told.registration;
         Row {
-            right: (self.check == FAIL).then_some(found > radius.min(max_mm)),
+            right: is_right(&self.check, told.registration, max_mm),
             ..with(&told, told.ball_95_mm, row)
         }
     }
@@ -306,10 +308,15 @@ impl Ready {
             } else {
                 Ended::GivenUp
             },
-            miss_mm: outcome.miss_mm,
+            // Where the target has gone with the breath.
+            miss_mm: match self.truth.breath {
+                Some(breath) => outcome.tip.distance(target + breath.moved(done.ended_s)),
+                None => outcome.miss_mm,
+            },
             time_s: outcome.time_s,
             strokes: outcome.strokes as u64,
-            pictures: done.pictures,
+            pictures: [done.pictures, done.reasons.iter().sum()],
+            reasons: done.reasons,
             ..row
         };
         let told = done.last.as_ref().and_then(|last| {
@@ -329,6 +336,12 @@ impl Ready {
             None => row,
         }
     }
+}
+
+/// A refusal of the check is right where the registration is truly off at the target by more than the radius that its own covariance
+/// gives for 95 of 100, or by more than is allowed. A check that could not be made says nothing of it.
+fn is_right(check: &str, [found_mm, radius_mm]: [f64; 2], max_mm: f64) -> Option<bool> {
+    (check == FAIL).then_some(found_mm > radius_mm.min(max_mm))
 }
 
 /// What is told of a registration that a step refused: its own error at the target. The refusal is judged as one of the check is.
@@ -377,6 +390,7 @@ fn empty(stratum: &Stratum, number: u64, target: &Landmark) -> Row {
         time_s: f64::NAN,
         strokes: 0,
         pictures: [0; 2],
+        reasons: Reasons::default(),
         links: [[f64::NAN; 2]; LINKS.len()],
         rest_mm: f64::NAN,
         why: String::new(),

@@ -6,6 +6,7 @@ mod error;
 mod raw;
 mod surface;
 mod sweep;
+mod told;
 
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,7 @@ use phantom::{Landmark, Phantom};
 pub use error::PlanError;
 pub use surface::Surface;
 pub use sweep::{Factor, Sweep};
+use told::OfFile;
 
 /// The longest study file, bytes.
 const MAX_BYTES: u64 = 1 << 20;
@@ -25,7 +27,7 @@ pub struct Plan {
     pub strata: Vec<Stratum>,
     /// Factorial sweeps among them, in order.
     pub sweeps: Vec<Sweep>,
-    /// BLAKE3 of the files' texts, hexadecimal: what a folder of results is of.
+    /// BLAKE3 of the files' texts and of the names that files give to strata, hexadecimal: what a folder of results is of.
     pub hash: String,
     /// The files' names without folders, for the report.
     pub files: Vec<String>,
@@ -34,9 +36,11 @@ pub struct Plan {
 /// Operations that differ by their draws alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stratum {
-    /// Its name, of the characters a-z, A-Z, 0-9, `-` and `_`.
+    /// What it is told as: its name, or `FILE.NAME` where several files of the plan have one of that name.
     pub name: String,
-    /// All draws follow from this, the name and the number of the operation.
+    /// Its name in its file, of the characters a-z, A-Z, 0-9, `-` and `_`.
+    pub own_name: String,
+    /// All draws follow from this, the name in its file and the number of the operation.
     pub seed: u64,
     /// How many.
     pub operations: u64,
@@ -51,6 +55,8 @@ pub struct Dials {
     pub targets: Vec<usize>,
     /// Radius that is aimed at: ON TARGET promises that the tip is within.
     pub radius_mm: f64,
+    /// What the operator steers by.
+    pub display: Display,
     /// The examination.
     pub ct: Ct,
     /// The beads in the examination, of which some are touched to register.
@@ -73,12 +79,23 @@ pub struct Dials {
     pub check_max_mm: f64,
     /// A hand before the emitters: the share of the time, and from one coming to the next.
     pub occlusion: Option<[f64; 2]>,
+    /// Organs move with the breath while targets are approached.
+    pub breathing: Option<Breathing>,
     /// The marker on the patient is moved on it after the registration.
     pub bump: Option<Bump>,
     /// An error that nobody states, so that the study has something to find.
     pub planted: Option<Planted>,
     /// Poses state deviations that are so many times smaller than those of the chain; 1 in earnest.
     pub understated: f64,
+}
+
+/// What the operator steers by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Display {
+    /// The numbers of the sight, as coarse as they are drawn.
+    Sight,
+    /// What stands in the window's pixels.
+    Pixels,
 }
 
 /// The examination.
@@ -161,6 +178,15 @@ pub struct Touch {
     pub seconds: f64,
 }
 
+/// Organs and the targets in them move along the patient's long axis: towards the feet on inspiration, and back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Breathing {
+    /// From the end of an expiration to the end of an inspiration.
+    pub mm: f64,
+    /// One breath.
+    pub period_s: f64,
+}
+
 /// The marker on the patient is moved on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bump {
@@ -224,22 +250,24 @@ impl Plan {
     /// [`PlanError`].
     pub fn of_texts<'a>(texts: impl IntoIterator<Item = (&'a Path, &'a str)>) -> Result<Self, PlanError> {
         let mut hash = blake3::Hasher::new();
-        let (mut strata, mut sweeps, mut files) = (Vec::<Stratum>::new(), Vec::new(), Vec::new());
+        let (mut of_files, mut files, mut before) = (Vec::new(), Vec::new(), 0);
         for (path, text) in texts {
             hash.update(&(text.len() as u64).to_le_bytes());
             hash.update(text.as_bytes());
             files.push(path.file_name().unwrap_or_default().to_string_lossy().into_owned());
-            let (own, sweep) = check::strata(path, text, strata.len())?;
-            sweeps.extend(sweep);
-            for stratum in own {
-                if strata.iter().any(|other| other.name == stratum.name) {
-                    return Err(PlanError::Twice {
-                        path: path.to_owned(),
-                        name: stratum.name,
-                    });
-                }
-                strata.push(stratum);
-            }
+            let (own, sweep) = check::strata(path, text, before)?;
+            before += own.len();
+            of_files.push(OfFile {
+                path,
+                strata: own,
+                sweep,
+            });
+        }
+        told::apart(&mut of_files, &mut hash)?;
+        let (mut strata, mut sweeps) = (Vec::new(), Vec::new());
+        for file in of_files {
+            strata.extend(file.strata);
+            sweeps.extend(file.sweep);
         }
         if strata.is_empty() {
             return Err(PlanError::Nothing);

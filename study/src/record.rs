@@ -1,17 +1,19 @@
 //! The lines of `operations.csv`: one for each target of each operation.
 
+use bus::message::Lost;
+
 use crate::truth::LINKS;
 
 /// The columns.
-pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,\
+pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,lost_why,\
                           registration_mm,registration_rms_mm,bump_mm,reference_mm,reference_rms_mm,frame_mm,frame_rms_mm,marker_mm,\
-                          tool_mm,tool_rms_mm,rest_mm,why,hash";
+                          tool_mm,tool_rms_mm,breathing_mm,rest_mm,why,hash";
 /// The most characters that are told of why.
 const MOST_WHY: usize = 1000;
 /// The longest line, bytes: one of names, numbers and [`MOST_WHY`] characters is shorter.
 pub(crate) const MOST_LINE: usize = 8192;
 /// How many there are.
-const COLUMNS: usize = 29;
+const COLUMNS: usize = 31;
 
 /// How an operation ended at a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +75,8 @@ pub struct Row {
     pub strokes: u64,
     /// Pictures looked at, and those without a pose.
     pub pictures: [u64; 2],
+    /// Of those without a pose how many for each reason, in the order of [`Lost::ALL`].
+    pub reasons: Reasons,
     /// What each link has made of the error, mm, and its own prediction of that, in the order of [`LINKS`].
     pub links: [[f64; 2]; LINKS.len()],
     /// What the links do not explain, mm.
@@ -81,8 +85,14 @@ pub struct Row {
     pub why: String,
 }
 
+/// Pictures without a pose, by reason in the order of [`Lost::ALL`].
+pub type Reasons = [u64; Lost::ALL.len()];
+
 /// Links without a prediction have one column.
-const UNSTATED: [usize; 2] = [1, 4];
+const UNSTATED: [usize; 3] = [1, 4, 6];
+/// The fields behind `right` that are numbers: before the counts, and behind them.
+const BEFORE_COUNTS: usize = 5;
+const LINK_NUMBERS: usize = 2 * LINKS.len() - UNSTATED.len();
 
 impl Row {
     /// Whether the true error was within the predicted radius; `None` where either is not known.
@@ -108,6 +118,7 @@ impl Row {
         let numbers = [self.tre_mm, self.predicted_mm, self.nees, self.miss_mm, self.time_s];
         fields.extend(numbers.map(number));
         fields.extend([self.strokes, self.pictures[0], self.pictures[1]].map(|count| count.to_string()));
+        fields.push(told(&self.reasons));
         for (link, [found, predicted]) in self.links.iter().enumerate() {
             fields.push(number(*found));
             if !UNSTATED.contains(&link) {
@@ -144,24 +155,29 @@ impl Row {
         }
         let count = |text: &str| text.parse::<u64>().map_err(|error| format!("{text:?}: {error}"));
         let ended = Ended::ALL.iter().find(|(_, word)| word == ended);
-        let mut numbers = [f64::NAN; 19];
-        let places = (0..5).chain(8..19);
-        for place in places {
-            numbers[place] = value(rest[place])?;
+        let (first, rest) = rest.split_at(BEFORE_COUNTS);
+        let [strokes, pictures, lost, reasons, rest @ ..] = rest else {
+            return Err("the counts are missing".to_owned());
+        };
+        let (of_links, rest) = rest.split_at(LINK_NUMBERS);
+        let mut of_links = of_links.iter().map(|text| value(text));
+        let mut next = || of_links.next().unwrap_or(Ok(f64::NAN));
+        let mut links = [[f64::NAN; 2]; LINKS.len()];
+        for (link, [found, predicted]) in links.iter_mut().enumerate() {
+            *found = next()?;
+            if !UNSTATED.contains(&link) {
+                *predicted = next()?;
+            }
         }
-        let mut column = 8;
-        let links = std::array::from_fn(|link| {
-            let found = numbers[column];
-            column += 1;
-            let predicted = match UNSTATED.contains(&link) {
-                true => f64::NAN,
-                false => {
-                    column += 1;
-                    numbers[column - 1]
-                }
-            };
-            [found, predicted]
-        });
+        let [rest_mm, why, _] = rest else {
+            return Err("what the links leave is missing".to_owned());
+        };
+        let mut numbers = [f64::NAN; BEFORE_COUNTS];
+        for (number, text) in numbers.iter_mut().zip(first) {
+            *number = value(text)?;
+        }
+        let [tre_mm, predicted_mm, nees, miss_mm, time_s] = numbers;
+        let pictures = [count(pictures)?, count(lost)?];
         Ok(Self {
             stratum: (*stratum).to_owned(),
             number: count(ordinal)?,
@@ -175,17 +191,52 @@ impl Row {
                 "no" => Some(false),
                 _ => None,
             },
-            tre_mm: numbers[0],
-            predicted_mm: numbers[1],
-            nees: numbers[2],
-            miss_mm: numbers[3],
-            time_s: numbers[4],
-            strokes: count(rest[5])?,
-            pictures: [count(rest[6])?, count(rest[7])?],
+            tre_mm,
+            predicted_mm,
+            nees,
+            miss_mm,
+            time_s,
+            strokes: count(strokes)?,
+            reasons: reasons_of(reasons, pictures[1])?,
+            pictures,
             links,
-            rest_mm: numbers[18],
-            why: rest[19].to_owned(),
+            rest_mm: value(rest_mm)?,
+            why: (*why).to_owned(),
         })
+    }
+}
+
+/// A reason in one word: the words that the operator would have read.
+pub(crate) fn word(lost: Lost) -> String {
+    lost.words().to_lowercase().replace(' ', "-")
+}
+
+/// Reasons and counts of those that there were: `marker-not-seen=12 too-few-emitters=3`.
+fn told(reasons: &Reasons) -> String {
+    let some = Lost::ALL.into_iter().zip(reasons).filter(|(_, count)| **count > 0);
+    let some: Vec<String> = some.map(|(lost, count)| format!("{}={count}", word(lost))).collect();
+    some.join(" ")
+}
+
+/// The same back; there are as many of all reasons together as pictures without a pose.
+fn reasons_of(text: &str, lost: u64) -> Result<Reasons, String> {
+    let mut reasons = Reasons::default();
+    for part in text.split(' ').filter(|part| !part.is_empty()) {
+        let known = part.split_once('=').and_then(|(name, count)| {
+            let at = Lost::ALL.into_iter().position(|lost| word(lost) == name)?;
+            Some((at, count.parse::<u64>().ok()?))
+        });
+        let (at, count) = known.ok_or_else(|| format!("{part:?} is no reason with a count"))?;
+        if let Some(reason) = reasons.get_mut(at) {
+            *reason = count;
+        }
+    }
+    let all = reasons.iter().fold(0_u64, |all, count| all.saturating_add(*count));
+    match all == lost {
+        true => Ok(reasons),
+        false => Err(format!(
+            "reasons for {all} pictures without a pose, of which there are {lost}"
+        )),
     }
 }
 
@@ -241,7 +292,16 @@ mod tests {
             time_s: 60.0,
             strokes: 9,
             pictures: [800, 3],
-            links: [[1.0, 2.0], [3.0, 0.0], [4.0, 5.0], [6.0, 7.0], [8.0, 0.0], [9.0, 10.0]],
+            reasons: [0, 0, 0, 2, 0, 0, 1, 0, 0, 0, 0, 0, 0],
+            links: [
+                [1.0, 2.0],
+                [3.0, 0.0],
+                [4.0, 5.0],
+                [6.0, 7.0],
+                [8.0, 0.0],
+                [9.0, 10.0],
+                [11.0, 0.0],
+            ],
             rest_mm: 1e-9,
             why: String::new(),
         };
@@ -249,7 +309,15 @@ mod tests {
         assert_eq!(HEADER.split(',').count(), COLUMNS);
         let back = Row::read(line.trim_end()).unwrap();
         // Columns that do not exist come back as no number.
-        assert!(back.links[1][1].is_nan() && back.links[4][1].is_nan());
+        assert!([1, 4, 6].iter().all(|link| back.links[*link][1].is_nan()));
+        assert!(
+            line.contains(",800,3,too-few-emitters=2 reference-lost=1,1,2,3,4,"),
+            "{line}"
+        );
+        assert_eq!(
+            (back.reasons, back.links[6][0], back.rest_mm),
+            (row.reasons, 11.0, 1e-9)
+        );
         assert_eq!(back.line(), line);
         assert_eq!(
             (back.tre_mm, back.nees, back.links[5]),
@@ -261,6 +329,10 @@ mod tests {
             "a,b",
             &fields.replace("given-up", "gone"),
             &fields.replace("800", "-1"),
+            &fields.replace("too-few-emitters=2", "too-few-emitters=1"),
+            &fields.replace("too-few-emitters=2", "bored=2"),
+            &fields.replace("too-few-emitters=2", "too-few-emitters"),
+            &fields.replace(",3,too", ",4,too"),
         ] {
             assert!(Row::read(&sealed(broken)).is_err(), "{broken}");
         }
@@ -270,7 +342,7 @@ mod tests {
     /// An error that was edited in a folder went into the tables of what went on with it, and one that was emptied was left out of them.
     #[test]
     fn a_line_that_was_changed_is_refused() {
-        let line = "usual,7,node,arrived,,pass,,,0.25,1,3,5,60,9,800,3,1,2,3,4,5,6,7,8,9,1,0.1,";
+        let line = "usual,7,node,arrived,,pass,,,0.25,1,3,5,60,9,800,0,,1,2,3,4,5,6,7,8,9,1,0,0.1,";
         let line = sealed(line);
         assert_eq!(Row::read(&line).unwrap().tre_mm, 0.25);
         for other in ["0.26", ""] {

@@ -56,6 +56,8 @@ pub(crate) enum Step {
     Sweep,
     /// The registration by the bone's surface.
     Surface,
+    /// The way to a target.
+    Way,
 }
 
 impl Step {
@@ -74,6 +76,7 @@ impl Step {
             Self::Probe => "probe",
             Self::Sweep => "sweep",
             Self::Surface => "surface",
+            Self::Way => "way",
         }
     }
 }

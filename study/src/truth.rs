@@ -12,7 +12,10 @@
 //! frame          e(Q M^ M0^-1 Q^-1)             and at the tool's;  Q = R B^-1                                      (5)
 //! marker         e(Q M0 G^-1 M^-1 Q^-1)         the calibrated emitters                                             (6)
 //! tool           e(Q M G T^ T^-1 M^-1 Q^-1)     tip, base, seat                                                     (7)
+//! breathing      e(D)                           D: where breath has moved the organs since the CT                   (8)
 //! ```
+//!
+//! Where organs move, errors are told in the organ's frame: the tool truly is at `D^-1 P` there, and (1) is `e(P^ P^-1 D)`.
 //!
 //! The links' errors add to the whole's but for products of two of them, which [`Told::rest_mm`] holds.
 
@@ -21,6 +24,8 @@ use geometry::{Ct, Frame, Marker, Point, Reference, Rigid, Tool, Uncertain, Vect
 use nalgebra::Vector3;
 use tracker_proc::chain::{Chain, Registration};
 use tracker_proc::operating_room::Frame as Seen;
+
+use crate::breathing::Breath;
 
 /// The links as they truly are.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +38,8 @@ pub(crate) struct True {
     pub(crate) marker_from_tool: Rigid<Marker, Tool>,
     /// The true marker from the calibrated one.
     pub(crate) gauge: Rigid<Marker, Marker>,
+    /// How organs move.
+    pub(crate) breath: Option<Breath>,
 }
 
 /// What a link has made of the error at a target.
@@ -55,12 +62,20 @@ pub(crate) struct Told {
     pub(crate) ball_95_mm: f64,
     /// How far the registration is off by itself, (2) and (3) together, and the radius that its own covariance gives for 95 of 100, mm.
     pub(crate) registration: [f64; 2],
-    /// (2) to (7), in the order of [`LINKS`].
-    pub(crate) links: [LinkError; 6],
+    /// (2) to (8), in the order of [`LINKS`].
+    pub(crate) links: [LinkError; LINKS.len()],
 }
 
 /// The links, in words.
-pub const LINKS: [&str; 6] = ["registration", "bump", "reference", "frame", "marker", "tool"];
+pub const LINKS: [&str; 7] = [
+    "registration",
+    "bump",
+    "reference",
+    "frame",
+    "marker",
+    "tool",
+    "breathing",
+];
 
 impl Told {
     /// What the links' errors leave of the whole, mm.
@@ -99,7 +114,11 @@ pub(crate) fn told(
         .transform();
     let q = r * b.inverse();
     let error = |a: Rigid<Ct, Ct>| ((a * target) - target).mm();
-    let whole = error(pose.transform() * seen.ct_from_tool.inverse());
+    let organs = truth
+        .breath
+        .map(|breath| organs(breath.moved(seen.t_capture_ns as f64 / 1e9)));
+    let back = seen.ct_from_tool.inverse();
+    let whole = error(pose.transform() * organs.map_or(back, |moved| back * moved));
     let (m_hat, b_hat) = (m_seen.transform.transform(), b_seen.transform.transform());
     let m_back = m.inverse() * q.inverse();
     // Where the target lies in the frames of the links, by what was measured: errors are carried there by each link's covariance.
@@ -122,6 +141,7 @@ pub(crate) fn told(
             error(q * m * truth.gauge * tool.transform() * t.inverse() * m_back),
             outer * m_hat * *tool * at_tool,
         ),
+        unstated(organs.map_or([0.0; 3], error)),
     ];
     let at = *pose * at_tool;
     Some(Told {
@@ -134,6 +154,11 @@ pub(crate) fn told(
         ],
         links,
     })
+}
+
+/// Where organs are that have moved so far.
+fn organs(moved: Vector<Ct>) -> Rigid<Ct, Ct> {
+    Rigid::from_parts(Rigid::<Ct, Ct>::identity().rotation(), moved)
 }
 
 /// What is told of a registration by itself.

@@ -1,5 +1,7 @@
 //! One task, from the first look until the operator lets go.
 
+use geometry::{Ct, Point};
+
 use crate::conditions::Conditions;
 use crate::decide::{Act, Percept, decide};
 use crate::reader::Reader;
@@ -15,7 +17,9 @@ pub struct Outcome {
     pub is_arrived: bool,
     /// From the first look until then, s.
     pub time_s: f64,
-    /// From the true aim to the true target, mm.
+    /// Where the tip truly stands then.
+    pub tip: Point<Ct>,
+    /// From there to the target of the task, mm.
     pub miss_mm: f64,
     /// What the last picture showed of that, mm.
     pub shown_mm: f64,
@@ -219,6 +223,7 @@ impl Trial<'_> {
         Outcome {
             is_arrived,
             time_s: self.now_s,
+            tip,
             // The tip is to stand at the target itself.
             miss_mm: tip.distance(self.task.aim.target),
             shown_mm: last.map_or(f64::NAN, |sight| sight.miss_length_mm.hypot(sight.to_go_mm)),

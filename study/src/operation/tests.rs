@@ -13,6 +13,15 @@ fn plan() -> Plan {
     Plan::of_texts([(Path::new("a.toml"), text)]).unwrap()
 }
 
+/// One operation of a stratum with these dials.
+fn breathing(mm: f64) -> Plan {
+    let text = format!(
+        "seed = 4\n[all]\nct = {{ spacing_mm = [2.0, 2.0, 2.0], images = 1 }}\nbeads = {{ diameter_mm = 4.0 }}\n\
+         [[stratum]]\nname = \"a\"\nbreathing = {{ mm = {mm:?}, period_s = 3.5 }}"
+    );
+    Plan::of_texts([(Path::new("a.toml"), text.as_str())]).unwrap()
+}
+
 /// What lays points on the places where they are seen.
 fn seen<F: Frame>(places: &[Point<F>], sightings: &[calib::pose::Sighting]) -> Rigid<Tracker, F> {
     let to: Vec<Point<Tracker>> = sightings.iter().map(|sighting| sighting.place).collect();
@@ -47,7 +56,7 @@ fn the_truth_is_what_the_light_says() {
             .unwrap();
         let from = ready.room.next_frame();
         let task = task(5, target.centre, 50.0, (&ready.quiet, from)).unwrap();
-        let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None);
+        let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None).unwrap();
         let last = done.last.clone().unwrap();
         let quiet = ready.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
         let emitters = ready.room.emitters();
@@ -103,5 +112,85 @@ fn the_truth_is_what_the_light_says() {
             (tip.distance(target.centre) - done.outcome.miss_mm).abs() < 2.0,
             "{tip:?}"
         );
+    }
+}
+
+/// Of 10 mm: the link's error is the formula's at the time of the last frame, seq / rate; the whole is that of the tool as it is shown to
+/// where the target has gone, by matrices; and the miss is to where it has gone when the operator lets go.
+#[test]
+fn a_target_that_breathes_is_missed_by_what_the_formula_says() {
+    let (plan, folder) = (breathing(10.0), tempfile::tempdir().unwrap());
+    let images = Images::new(folder.path().join("images")).unwrap();
+    let stratum = &plan.strata[0];
+    let target = patient().targets()[1].clone();
+    let mut largest: f64 = 0.0;
+    for number in 0..3 {
+        let (scratch, seed) = (tempfile::tempdir().unwrap(), 90 + number);
+        let work = Work {
+            stratum,
+            seed,
+            folder: scratch.path(),
+        };
+        let ready = ready(&work, number, &images, std::slice::from_ref(&target));
+        let ready = ready.map_err(|refused| refused.why).unwrap();
+        let phase = std::f64::consts::PI * Chance::new(seed, 20).uniform(0);
+        let down_mm = |t_s: f64| 10.0 * (std::f64::consts::PI * t_s / 3.5 + phase).cos().powi(6);
+        let from = ready.room.next_frame();
+        let task = task(5, target.centre, 5.0, (&ready.quiet, from)).unwrap();
+        let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None).unwrap();
+        let row = ready.told(&done, target.centre, 1.0, empty(stratum, number, &target));
+        let last = done.last.as_ref().unwrap();
+        let quiet = ready.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
+        let told = told(
+            &ready.truth,
+            &ready.chain,
+            (&last.frame, &quiet),
+            &last.pose,
+            target.centre,
+        )
+        .unwrap();
+        let shown_down = down_mm(last.frame.seq as f64 / 60.0);
+        let [x, y, z] = told.links[6].found;
+        // Capture times are whole ns.
+        assert!(
+            x == 0.0 && y == 0.0 && (z + shown_down).abs() < 1e-6,
+            "{:?} {shown_down}",
+            told.links[6]
+        );
+        assert_eq!((row.links[6][0], told.links[6].predicted_rms_mm), (z.abs(), None));
+        largest = largest.max(shown_down);
+        let [x, y, z] = target.centre.mm();
+        let truly = matrix(&last.frame.ct_from_tool).try_inverse().unwrap();
+        let shown = matrix(&last.pose.transform()) * truly * Vector4::new(x, y, z - shown_down, 1.0);
+        let off = (shown.x - x).hypot(shown.y - y).hypot(shown.z - z);
+        assert!((off - row.tre_mm).abs() < 1e-8, "{off} {}", row.tre_mm);
+        // 10 mm by the 0.01 rad that a pose may be turned.
+        assert!(row.rest_mm < 0.1, "{}", row.rest_mm);
+        let end_s = (from + 200) as f64 / 60.0 + row.time_s;
+        let gone = target.centre + Vector::new(0.0, 0.0, -down_mm(end_s));
+        assert!(
+            (row.miss_mm - done.outcome.tip.distance(gone)).abs() < 1e-9,
+            "{}",
+            row.miss_mm
+        );
+        assert!((done.outcome.tip.distance(target.centre) - done.outcome.miss_mm).abs() < 1e-9);
+    }
+    assert!(
+        largest > 1.0,
+        "none of them was far from the end of an expiration: {largest}"
+    );
+}
+
+/// Off by more than the registration's own radius, or than is allowed: else the check was wrong.
+#[test]
+fn a_refusal_of_the_check_is_judged_by_the_true_error() {
+    for (check, registration, max_mm, right) in [
+        (FAIL, [1.0, 2.0], 4.0, Some(false)),
+        (FAIL, [3.0, 2.0], 4.0, Some(true)),
+        (FAIL, [3.0, 9.0], 4.0, Some(false)),
+        (FAIL, [5.0, 9.0], 4.0, Some(true)),
+        (NOT_MADE, [5.0, 2.0], 4.0, None),
+    ] {
+        assert_eq!(is_right(check, registration, max_mm), right, "{check} {registration:?}");
     }
 }

@@ -11,7 +11,9 @@ use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
 use super::surface;
 use super::sweep::{self, Sweep};
-use super::{Beads, Bump, Calibration, Ct, Dials, Localizer, Marker, Planted, PlantedIn, Stratum, Touch};
+use super::{
+    Beads, Breathing, Bump, Calibration, Ct, Dials, Display, Localizer, Marker, Planted, PlantedIn, Stratum, Touch,
+};
 
 /// The most operations of a stratum.
 const MOST_OPERATIONS: u64 = 100_000;
@@ -36,9 +38,8 @@ pub(super) fn strata(path: &Path, text: &str, before: usize) -> Result<(Vec<Stra
         path,
         of: "the file".to_owned(),
     };
-    if let Some(display) = raw.display.as_deref().filter(|display| *display != "sight") {
-        return Err(of_file.wrong("display", display, "\"sight\" is the one display there is"));
-    }
+    // Also where no stratum uses it.
+    display(&of_file, raw.display.as_deref())?;
     let all = &raw.all;
     if all.name.is_some() || all.operations.is_some() {
         return Err(of_file.wrong(
@@ -61,23 +62,45 @@ fn stratum(path: &Path, raw: &RawStudy, one: &RawDials) -> Result<Stratum, PlanE
         path,
         of: format!("stratum {name:?}"),
     };
-    let is_of_name = |c: u8| c.is_ascii_alphanumeric() || b"-_".contains(&c);
-    if !(1..=40).contains(&name.len()) || !name.bytes().all(is_of_name) {
+    if !is_name(&name) {
         return Err(at.wrong("name", &name, "1 to 40 of the characters a-z, A-Z, 0-9, - and _"));
     }
     let operations = at.within("operations", [one.operations, raw.operations], 100, 1..=MOST_OPERATIONS)?;
+    let shown = [&one.display, &raw.all.display, &raw.display]
+        .into_iter()
+        .flatten()
+        .next();
     Ok(Stratum {
+        own_name: name.clone(),
         name,
         seed: raw.seed.unwrap_or(1),
         operations,
-        dials: dials(&at, one, &raw.all, operations)?,
+        dials: Dials {
+            display: display(&at, shown.map(String::as_str))?,
+            ..dials(&at, one, &raw.all, operations)?
+        },
     })
+}
+
+/// Whether a stratum can be called so, and a file whose strata are told by it.
+pub(super) fn is_name(name: &str) -> bool {
+    let is_of_name = |c: u8| c.is_ascii_alphanumeric() || b"-_".contains(&c);
+    (1..=40).contains(&name.len()) && name.bytes().all(is_of_name)
+}
+
+fn display(at: &At<'_>, word: Option<&str>) -> Result<Display, PlanError> {
+    match word {
+        None | Some("sight") => Ok(Display::Sight),
+        Some("pixels") => Ok(Display::Pixels),
+        Some(other) => Err(at.wrong("display", other, "\"sight\" or \"pixels\" is allowed")),
+    }
 }
 
 fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result<Dials, PlanError> {
     let ct = ct(at, own, all, operations)?;
     Ok(Dials {
         targets: targets(at, own.targets.as_ref().or(all.targets.as_ref()))?,
+        display: Display::Sight,
         radius_mm: at.within("radius_mm", [own.radius_mm, all.radius_mm], 5.0, 0.5..=50.0)?,
         beads: beads(at, &own.beads, &all.beads)?,
         surface: surface::surface(at, own, all)?,
@@ -99,6 +122,7 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
         touch: touch(at, own, all)?,
         check_max_mm: at.within("check.max_mm", [own.check.max_mm, all.check.max_mm], 4.0, 0.1..=100.0)?,
         occlusion: occlusion(at, own, all)?,
+        breathing: breathing(at, own, all)?,
         bump: bump(at, own, all)?,
         planted: planted(at, own, all)?,
         understated: at.within(
@@ -286,6 +310,15 @@ fn occlusion(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Option<[f64;
     let share = at.within("occlusion.share", [own.share, all.share], 0.0, 0.0..=0.9)?;
     let every_s = at.within("occlusion.every_s", [own.every_s, all.every_s], 10.0, 0.5..=3600.0)?;
     Ok((share > 0.0).then_some([share, every_s]))
+}
+
+fn breathing(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Option<Breathing>, PlanError> {
+    let (own, all) = (&own.breathing, &all.breathing);
+    let breathing = Breathing {
+        mm: at.within("breathing.mm", [own.mm, all.mm], 0.0, 0.0..=50.0)?,
+        period_s: at.within("breathing.period_s", [own.period_s, all.period_s], 4.0, 0.5..=60.0)?,
+    };
+    Ok((breathing.mm > 0.0).then_some(breathing))
 }
 
 fn bump(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Option<Bump>, PlanError> {

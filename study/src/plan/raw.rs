@@ -23,6 +23,7 @@ pub(super) struct RawDials {
     /// Of strata alone, as the next.
     pub(super) name: Option<String>,
     pub(super) operations: Option<u64>,
+    pub(super) display: Option<String>,
     pub(super) targets: Option<Vec<String>>,
     pub(super) radius_mm: Option<f64>,
     pub(super) ct: RawCt,
@@ -36,6 +37,7 @@ pub(super) struct RawDials {
     pub(super) touch: RawTouch,
     pub(super) check: RawCheck,
     pub(super) occlusion: RawOcclusion,
+    pub(super) breathing: RawBreathing,
     pub(super) bump: RawBump,
     pub(super) planted: RawPlanted,
 }
@@ -127,6 +129,13 @@ pub(super) struct RawCheck {
 pub(super) struct RawOcclusion {
     pub(super) share: Option<f64>,
     pub(super) every_s: Option<f64>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RawBreathing {
+    pub(super) mm: Option<f64>,
+    pub(super) period_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

@@ -92,7 +92,7 @@ fn replays(kept: &[Kept]) -> String {
 
 fn limits() -> String {
     "<h2>What this does not say</h2>\n<p>No person, no tissue and no real localizer was measured. The scanner has neither streaks nor distortion, the beads do \
-     not move on the skin, the noise of the localizer is white and normal and is stated as it is, the reference's emitters are as \
+     not move on the skin, organs breathe only where a stratum says so, along one axis and alike each time, the noise of the localizer is white and normal and is stated as it is, the reference's emitters are as \
      drawn, and the base is as drawn but for its seat. Ultrasound is simulated: tissue does not give way to the probe, and the probe is \
      calibrated in a tank whose sound is as fast as the scanner takes it for.</p>\n"
         .to_owned()

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::record::{Ended, Row};
+use crate::record::{Ended, Reasons, Row};
 use crate::statistics::{CHI_SQUARE_95, Estimate, LEVEL, mean, nees_bounds, quantile, rms, share};
 use crate::truth::LINKS;
 
@@ -51,8 +51,12 @@ pub struct Summary {
     pub false_arrivals: usize,
     /// Median time to the target, s.
     pub time_s: Estimate,
-    /// Share of the pictures without a pose.
+    /// Pictures that were looked at, also on ways of which no error is known.
+    pub pictures: u64,
+    /// Share of them without a pose.
     pub lost: f64,
+    /// How many were without one, by reason.
+    pub reasons: Reasons,
     /// Root mean square of what each link has made of the error, and of its own prediction, mm.
     pub links: [[f64; 2]; LINKS.len()],
     /// Refusals by step.
@@ -87,7 +91,8 @@ impl Summary {
             sorted(&|row| row.time_s),
         );
         let ends = |values: &[f64]| [0.5, LEVEL].map(|p| quantile(values, p, n));
-        let pictures = |which: usize| known.iter().map(|row| row.pictures[which]).sum::<u64>() as f64;
+        let [pictures, lost] = [0, 1].map(|which| rows.iter().map(|row| row.pictures[which]).sum::<u64>());
+        let of_reason = |at: usize| rows.iter().filter_map(|row| row.reasons.get(at)).sum();
         Self {
             name: name.to_owned(),
             operations: operations(rows),
@@ -110,7 +115,9 @@ impl Summary {
                 .filter(|row| row.ended == Ended::Arrived && row.miss_mm > radius_mm)
                 .count(),
             time_s: quantile(&times, 0.5, n),
-            lost: pictures(1) / pictures(0),
+            pictures,
+            lost: lost as f64 / pictures as f64,
+            reasons: std::array::from_fn(of_reason),
             links: std::array::from_fn(|link| [0, 1].map(|which| rms(known.iter().map(|row| row.links[link][which])))),
             refusals: refusals(rows),
             missed: missed(rows),
@@ -158,3 +165,6 @@ fn missed(rows: &[&Row]) -> [usize; 2] {
         of(&mut moved()),
     ]
 }
+
+#[cfg(test)]
+mod tests;

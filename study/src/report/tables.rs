@@ -1,5 +1,7 @@
 //! The tables of strata: what the page and `tables.md` hold.
 
+use bus::message::Lost;
+
 use super::summary::{Refusals, Summary, WITHIN_MM};
 use super::table::{Table, bad, length, percent, plain};
 use crate::plan::Plan;
@@ -18,6 +20,7 @@ pub(super) fn all(plan: &Plan, summaries: &[Summary], rows: &[Row]) -> Vec<Table
         coverage(summaries),
         budget(summaries),
         ways(summaries),
+        lost(summaries),
         refused(summaries),
         worst(plan, rows),
     ]
@@ -130,8 +133,8 @@ fn budget(summaries: &[Summary]) -> Table {
     table.head.extend(links);
     table.noted(
         "registration: touches, tool and CT of the registration, or images of the bone, the probe's calibration and the bone that was taken from the CT; bump: the marker on the patient was moved on it; reference and frame: the noise of the last \
-         frame at the patient's marker and at the tool's; marker: the calibrated emitters; tool: tip, base and seat. Nobody predicts a bump, nor \
-         the error of calibrated emitters.",
+         frame at the patient's marker and at the tool's; marker: the calibrated emitters; tool: tip, base and seat; breathing: where the breath had moved the organs since \
+         the CT. Nobody predicts a bump, the error of calibrated emitters, nor the breath.",
     )
 }
 
@@ -145,6 +148,23 @@ fn ways(summaries: &[Summary]) -> Table {
         vec![plain(&s.name), length(s.time_s), plain(lost)]
     };
     Table::new("The ways to the targets", &head, summaries.iter().map(row))
+}
+
+fn lost(summaries: &[Summary]) -> Table {
+    let head = ["stratum", "reason", "pictures", "of all looked at, %"];
+    let rows = summaries.iter().flat_map(|s| {
+        let some = Lost::ALL.into_iter().zip(s.reasons).filter(|(_, count)| *count > 0);
+        some.map(|(reason, count)| {
+            let share = 100.0 * count as f64 / s.pictures as f64;
+            vec![
+                plain(&s.name),
+                plain(reason.words()),
+                plain(count),
+                plain(format!("{share:.2}")),
+            ]
+        })
+    });
+    Table::new("Pictures without a pose", &head, rows).noted("In the words that the operator reads then.")
 }
 
 fn refused(summaries: &[Summary]) -> Table {

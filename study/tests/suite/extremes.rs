@@ -13,6 +13,12 @@ fn an_operation_at_the_ends_of_the_dials_is_right_or_refused_by_name() {
     let strata = [
         ("uptime", "localizer = { uptime_s = 8e7 }", ""),
         ("beads", "beads = { diameter_mm = 1.0 }", "ct"),
+        ("thick", "ct = { spacing_mm = [2.0, 2.0, 10.0] }", "ct"),
+        (
+            "thick-large",
+            "ct = { spacing_mm = [2.0, 2.0, 10.0] }\nbeads = { diameter_mm = 6.0 }",
+            "match",
+        ),
         ("four", "marker = { emitters = 4 }", "marker"),
         ("ball", "marker = { radius_mm = 5.0 }", "pivot"),
         ("noise", "localizer = { across_mm = 5.0, depth_mm = 5.0 }", "marker"),
@@ -51,6 +57,8 @@ fn an_operation_at_the_ends_of_the_dials_is_right_or_refused_by_name() {
         }
         // What is wrong is told, and not that a file is empty.
         let words = match *name {
+            "thick" => "take thinner slices",
+            "thick-large" => "of the 3 beads",
             "three" => "3 emitters are seen",
             "ball" => "do not hold the tip",
             "needle" => "off a line",

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::support::plan;
-use study::plan::{Beads, Plan};
+use study::plan::{Beads, Display, Plan};
 
 fn refusal(text: &str) -> String {
     Plan::of_texts([(Path::new("s.toml"), text)]).unwrap_err().to_string()
@@ -82,6 +82,18 @@ fn what_cannot_be_is_refused_with_its_place() {
             "registration = \"surface\"\nsurface = { phantom_deg = nan }",
             "surface.phantom_deg: found NaN",
         ),
+        (
+            "display = \"slices\"",
+            "stratum \"a\": display: found \"slices\"; \"sight\" or \"pixels\" is allowed",
+        ),
+        (
+            "breathing = { mm = -1.0 }",
+            "breathing.mm: found -1.0; 0 to 50 is allowed",
+        ),
+        (
+            "breathing = { mm = 1.0, period_s = 0.0 }",
+            "breathing.period_s: found 0.0; 0.5 to 60",
+        ),
         ("planted = { mm = 1.0 }", "planted.link must say in which link"),
         (
             "planted = { link = \"probe\", mm = 1.0 }",
@@ -106,8 +118,8 @@ fn what_cannot_be_is_refused_with_its_place() {
             "a second stratum \"a\"",
         ),
         (
-            "display = \"pixels\"\n[[stratum]]\nname = \"a\"",
-            "\"sight\" is the one display there is",
+            "display = \"ink\"\n[[stratum]]\nname = \"a\"",
+            "the file: display: found \"ink\"; \"sight\" or \"pixels\" is allowed",
         ),
         ("[all]\nname = \"a\"\n[[stratum]]\nname = \"a\"", "strata have names"),
     ] {
@@ -147,7 +159,9 @@ fn the_shipped_studies_are_good() {
     for (text, operations) in [
         (include_str!("../../../config/study/small.toml"), 20),
         (include_str!("../../../config/study/accuracy.toml"), 1000),
-        (include_str!("../../../config/study/planted.toml"), 80),
+        (include_str!("../../../config/study/planted.toml"), 100),
+        (include_str!("../../../config/study/pixels.toml"), 20),
+        (include_str!("../../../config/study/breathing.toml"), 80),
         (include_str!("../../../config/study/dials.toml"), 1600),
         (include_str!("../../../config/study/extremes.toml"), 100),
         (include_str!("../../../config/study/factorial.toml"), 960),
@@ -156,6 +170,134 @@ fn the_shipped_studies_are_good() {
     ] {
         assert_eq!(plan(text).operations(), operations);
     }
+}
+
+/// The nearest word counts: of the stratum, of all, at the top.
+#[test]
+fn a_display_is_said_at_the_top_of_all_or_of_one() {
+    let text = |top: &str, all: &str| {
+        plan(&format!(
+            "{top}\n[all]\n{all}\n[[stratum]]\nname = \"a\"\n[[stratum]]\nname = \"b\"\ndisplay = \"sight\""
+        ))
+    };
+    let (sight, pixels) = ("display = \"sight\"", "display = \"pixels\"");
+    for (top, all, expected) in [
+        ("", "", Display::Sight),
+        (pixels, "", Display::Pixels),
+        ("", pixels, Display::Pixels),
+        (pixels, sight, Display::Sight),
+        (sight, pixels, Display::Pixels),
+    ] {
+        let found = text(top, all)
+            .strata
+            .iter()
+            .map(|s| s.dials.display)
+            .collect::<Vec<_>>();
+        assert_eq!(found, [expected, Display::Sight], "{top} {all}");
+    }
+}
+
+fn of_files<'a>(files: &[(&'a str, &'a str)]) -> Result<Plan, String> {
+    let texts = files.iter().map(|(name, text)| (Path::new(*name), *text));
+    Plan::of_texts(texts).map_err(|error| error.to_string())
+}
+
+fn names(plan: &Plan) -> Vec<&str> {
+    plan.strata.iter().map(|stratum| stratum.name.as_str()).collect()
+}
+
+/// `pilot study config/study/*.toml`: many of them have a stratum "usual".
+#[test]
+fn all_shipped_studies_are_one_study() {
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../config/study"));
+    let mut paths: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    paths.sort();
+    let all = Plan::load(&paths).unwrap();
+    let alone = paths.iter().map(|path| Plan::load(std::slice::from_ref(path)).unwrap());
+    assert_eq!(all.operations(), alone.map(|plan| plan.operations()).sum::<u64>());
+    let found = names(&all);
+    for name in [
+        "small.usual",
+        "accuracy.usual",
+        "tool.noisy",
+        "accuracy.noisy",
+        "fresh",
+        "shape-1-1-1-1",
+    ] {
+        assert!(found.contains(&name), "{name}: {found:?}");
+    }
+    assert!(!found.contains(&"usual"));
+    let different: std::collections::BTreeSet<&str> = found.iter().copied().collect();
+    assert_eq!(different.len(), found.len());
+    let of = |name: &str| all.strata.iter().find(|stratum| stratum.name == name).unwrap();
+    assert_eq!(
+        (of("small.usual").own_name.as_str(), of("small.usual").seed),
+        ("usual", 1)
+    );
+}
+
+#[test]
+fn strata_of_one_name_are_told_apart_by_their_files() {
+    let (a, ab) = (
+        "[[stratum]]\nname = \"a\"",
+        "[[stratum]]\nname = \"a\"\n[[stratum]]\nname = \"b\"",
+    );
+    let plan = of_files(&[("dir/one.toml", a), ("two.toml", ab)]).unwrap();
+    assert_eq!(names(&plan), ["one.a", "two.a", "b"]);
+    // The file's name is not in its text.
+    let other = of_files(&[("three.toml", a), ("two.toml", ab)]).unwrap();
+    assert_ne!(plan.hash, other.hash);
+    let alone = of_files(&[("one.toml", a)]).unwrap();
+    assert_eq!(
+        (names(&alone), &alone.hash),
+        (vec!["a"], &of_files(&[("other.toml", a)]).unwrap().hash)
+    );
+    for (files, words) in [
+        (
+            [("x/one.toml", a), ("y/one.toml", a)],
+            "study file y/one.toml: a second stratum \"one.a\"",
+        ),
+        (
+            [("one two.toml", a), ("two.toml", ab)],
+            "the file's name: found \"one two\"; they are told by it: 1 to 40 of the characters",
+        ),
+        ([("one,.toml", a), ("two.toml", ab)], "study file one,.toml"),
+    ] {
+        let why = of_files(&files).unwrap_err();
+        assert!(why.contains(words), "{why}");
+    }
+}
+
+/// Tables and charts of sweeps are told apart as well.
+#[test]
+fn sweeps_of_one_name_are_told_apart_by_their_files() {
+    let sweep = |values: &str| format!("[sweep]\nmarker.emitters = {values}");
+    let (two, three) = (sweep("[12, 13]"), sweep("[14, 15, 16]"));
+    let plan = of_files(&[("one.toml", two.as_str()), ("other.toml", three.as_str())]).unwrap();
+    assert_eq!(
+        names(&plan),
+        [
+            "one.sweep-1",
+            "one.sweep-2",
+            "other.sweep-1",
+            "other.sweep-2",
+            "other.sweep-3"
+        ]
+    );
+    let told: Vec<(&str, usize)> = plan
+        .sweeps
+        .iter()
+        .map(|sweep| (sweep.name.as_str(), sweep.first))
+        .collect();
+    assert_eq!(told, [("one.sweep", 0), ("other.sweep", 2)]);
+    // A stratum that is called as one of a sweep.
+    let stratum = "[[stratum]]\nname = \"sweep-2\"";
+    let plan = of_files(&[("one.toml", two.as_str()), ("other.toml", stratum)]).unwrap();
+    assert_eq!(names(&plan), ["one.sweep-1", "one.sweep-2", "other.sweep-2"]);
+    assert_eq!(plan.sweeps[0].name, "one.sweep");
 }
 
 /// What all strata say of a sweep of images is of those alone that are registered by it.

@@ -101,11 +101,11 @@ fn a_folder_of_something_else_is_refused_by_name() {
     let text = fs::read_to_string(&about).unwrap();
     for (from, to, words) in [
         (
+            "\"version\": 5",
             "\"version\": 4",
-            "\"version\": 3",
-            "found format \"trocar-study\", version 3",
+            "found format \"trocar-study\", version 4",
         ),
-        ("trocar-study", "other", "found format \"other\", version 4"),
+        ("trocar-study", "other", "found format \"other\", version 5"),
         ("{", "", "found trailing characters"),
     ] {
         fs::write(&about, text.replacen(from, to, 1)).unwrap();
