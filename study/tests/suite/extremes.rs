@@ -58,7 +58,7 @@ fn an_operation_at_the_ends_of_the_dials_is_right_or_refused_by_name() {
         // What is wrong is told, and not that a file is empty.
         let words = match *name {
             "thick" => "take thinner slices",
-            "thick-large" => "of the 3 beads",
+            "thick-large" => "of the 6 touched points",
             "three" => "3 emitters are seen",
             "ball" => "do not hold the tip",
             "needle" => "off a line",
