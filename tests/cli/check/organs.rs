@@ -145,7 +145,7 @@ fn an_organ_that_nothing_holds_is_named() {
     let text = kidney();
     let held = text.find("# Fat of some").unwrap()..text.find("[tube]").unwrap();
     let free = text.replace(&text[held], "");
-    is_refused(&check(&free, VOLUME, &[]), "left kidney");
+    is_refused(&check(&free, VOLUME, &[]), "left kidney | which nothing holds");
 }
 
 /// 40 x 30 x 30 voxels of 3 mm whose axes are the patient's, from voxel 0 at the origin.

@@ -24,6 +24,8 @@ pub(super) struct Watch {
     states: HeadedSubscriber<TissueHeader, f32>,
     /// Each with the number of its coordinates.
     pub(super) came: BTreeMap<Key, (TissueHeader, usize)>,
+    /// When it began: of poses before that, states may have been missed.
+    since_ns: i64,
     /// Images so far, by what they show of the tissue.
     pub(super) shown: BTreeMap<&'static str, u64>,
 }
@@ -33,9 +35,11 @@ impl Watch {
         let context = wait_for("the run", || RunContext::load(&world.run_dir("default")).ok());
         let bus = Bus::join(&context).unwrap();
         let open = |view| Subscriber::open(&bus, &FRAME_STAMP, view, FRAME_STAMP.buffer).unwrap();
+        let states = HeadedSubscriber::open(&bus, &TISSUE, TISSUE.buffer).unwrap();
         Self {
             stamps: VIEWS.map(open).into(),
-            states: HeadedSubscriber::open(&bus, &TISSUE, TISSUE.buffer).unwrap(),
+            states,
+            since_ns: bus.clock().now_ns(),
             came: BTreeMap::new(),
             shown: BTreeMap::new(),
         }
@@ -59,6 +63,7 @@ impl Watch {
             count += 1;
         }
         assert!(count < TISSUE.buffer, "the watch came too late");
+        all.retain(|stamp| stamp.t_capture_ns >= self.since_ns);
         all.iter().for_each(|stamp| self.check(stamp));
         all
     }
