@@ -1,9 +1,10 @@
 //! Every image of a run whose tube moves organs, held against the states that came: none may show tissue of another pose than its own.
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bus::Bus;
+use bus::clock::monotonic_ns;
 use bus::message::{FrameStamp, FrameState, TissueHeader, TissueShown, TissueState};
 use bus::port::{HeadedSubscriber, Subscriber};
 use bus::run::RunContext;
@@ -82,8 +83,8 @@ impl Watch {
 
     /// Watches for so long; the stamps.
     pub(super) fn during(&mut self, time: Duration) -> Vec<FrameStamp> {
-        let (began, mut all) = (Instant::now(), Vec::new());
-        while began.elapsed() < time {
+        let (began_ns, mut all) = (monotonic_ns(), Vec::new());
+        while monotonic_ns() - began_ns < bus::clock::ns(time) {
             std::thread::sleep(Duration::from_millis(10));
             all.extend(self.images());
         }

@@ -24,7 +24,7 @@ fn touched(count: u64, wrong: &[(u64, f64)], seed: u64) -> Found {
         .unwrap();
     let touched = |i: u64| {
         let axis = (i % 3) as usize;
-        let side = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let side = if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         let mut p = [0, 1, 2].map(|k: u64| HALF_MM[k as usize] * (1.9 * chance.uniform(8 * i + k) - 0.95));
         let outside_mm = wrong.iter().find(|(at, _)| *at == i).map_or(0.0, |(_, mm)| *mm);
         p[axis] = side * (HALF_MM[axis] + outside_mm + NOISE_MM * chance.normal(8 * i + 4));
