@@ -6,6 +6,7 @@ mod slow;
 mod watch;
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::support::{World, kill_9, pid_in, wait_for};
 use bus::Bus;
@@ -25,9 +26,18 @@ const VOXEL_MM: f64 = 3.0;
 const MOST_OFF_MM: f64 = 1.1;
 /// Pixels that the dark rim of a line or a word reaches beyond it; 2 were found enough in images looked at.
 const RIM: usize = 3;
+/// Of words; the kidney is 212.
+const WHITE: u8 = 250;
 
 fn root() -> &'static std::path::Path {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// One model at a time: two on two processors, beside all other tests, are each left behind by the tube.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    // A test that failed has left nothing behind that another one would see.
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The shipped scene on coarser voxels, held where the tube has pushed the kidney.
@@ -143,6 +153,7 @@ fn grey(hu: f64) -> f64 {
 
 #[test]
 fn an_image_has_the_organ_where_the_state_of_its_pose_has_it_and_a_killed_model_leaves_marked_images() {
+    let _alone = alone();
     let world = World::new();
     let pilot = world.start(&scene(&world), &world.path("out"), "default");
     let status = pilot.wait_live();
@@ -267,12 +278,13 @@ impl Voxels {
     }
 }
 
-/// True where a line or a word, which are coloured, is so near that its dark rim may lie on this pixel.
-fn coloured_near(rgba: &[u8], width: usize, [x, y]: [usize; 2]) -> bool {
-    let coloured = |pixel: &[u8]| pixel[0] != pixel[1] || pixel[1] != pixel[2];
+/// True where a line or a word is so near that its dark rim may lie on this pixel: they are coloured or white, and bone, which is white too, is
+/// nothing that is looked at.
+fn drawn_near(rgba: &[u8], width: usize, [x, y]: [usize; 2]) -> bool {
+    let drawn = |pixel: &[u8]| pixel[0] != pixel[1] || pixel[1] != pixel[2] || pixel[0] >= WHITE;
     (y - RIM..=y + RIM).any(|row| {
         let left = (row * width + x - RIM) * 4;
-        rgba[left..left + (2 * RIM + 1) * 4].chunks_exact(4).any(coloured)
+        rgba[left..left + (2 * RIM + 1) * 4].chunks_exact(4).any(drawn)
     })
 }
 
@@ -301,7 +313,8 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         let Some(now) = moved(mesh, places, rest) else { continue };
         let projected = plane.project(now);
         let [x, y] = [projected.x.round(), projected.y.round()];
-        let inside = (30.0..480.0).contains(&x) && (90.0..440.0).contains(&y);
+        // Above it the words of the image stand, an alarm's on a dark band.
+        let inside = (30.0..480.0).contains(&x) && (100.0..440.0).contains(&y);
         if !inside || projected.depth_mm.abs() > 0.1 {
             continue;
         }
@@ -312,7 +325,7 @@ fn check_pixels(frame: &Frame, mesh: &TissueMesh, places: &[f32]) {
         }
         let at = (y as usize * frame.header().width as usize + x as usize) * 4;
         let found = &pixels.rgba[at..at + 3];
-        if found[0] < 20 || coloured_near(pixels.rgba, frame.header().width as usize, [x as usize, y as usize]) {
+        if found[0] < 20 || drawn_near(pixels.rgba, frame.header().width as usize, [x as usize, y as usize]) {
             continue;
         }
         // Voxels are whole HU, greys whole numbers.

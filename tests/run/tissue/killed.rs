@@ -8,7 +8,7 @@ use bus::clock::monotonic_ns;
 use bus::message::TissueShown;
 
 use super::watch::Watch;
-use super::{pushed, scene};
+use super::{alone, pushed, scene};
 use crate::support::{World, kill_9, pid_in, report};
 
 fn kills() -> usize {
@@ -18,6 +18,7 @@ fn kills() -> usize {
 #[test]
 #[ignore = "a quarter of a minute a kill"]
 fn a_model_that_is_killed_many_times_leaves_no_image_unmarked() {
+    let _alone = alone();
     let world = World::new();
     let file = scene(&world);
     let text = std::fs::read_to_string(&file).unwrap();

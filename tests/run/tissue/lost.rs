@@ -2,12 +2,13 @@
 
 use bus::message::{FrameState, TissueShown, TissueState};
 
-use super::scene;
 use super::watch::Watch;
+use super::{alone, scene};
 use crate::support::World;
 
 #[test]
 fn a_lost_pose_has_neither_nodes_nor_an_image_of_moved_organs() {
+    let _alone = alone();
     let world = World::new();
     let file = scene(&world);
     let text = std::fs::read_to_string(&file).unwrap();
