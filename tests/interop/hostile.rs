@@ -7,6 +7,7 @@ use std::time::Duration;
 use igtl::{Body, DeviceName, Kind, Message, Query, Text};
 
 use crate::rig::Rig;
+use crate::support::wait_for;
 
 /// Whether the server has closed; what it sent is read and thrown away.
 fn is_closed(stream: &mut TcpStream) -> bool {
@@ -122,31 +123,34 @@ fn who_says_nothing_may_stay_and_who_says_a_byte_now_and_then_may_not() {
 fn ten_thousand_connections_leave_the_server_as_it_was() {
     let mut rig = Rig::new();
     let mut served = rig.client();
-    let mut seq = 0;
+    let mut serve = |rig: &Rig, seq: u64| {
+        rig.pose(seq);
+        served.wait_for("each pose", |message| match message.body {
+            Body::Transform(matrix) => (f64::from(-matrix.translation[0]) == 40.0 + 0.25 * seq as f64).then_some(()),
+            _ => None,
+        });
+    };
+    // What is opened with the first pose is not counted.
+    serve(&rig, 0);
     let (before, began_ns) = (rig.held(), rig.now_ns());
+    let mut seq = 1;
     for _ in 0..10_000 {
         // Some wait in the system's queue, which is as it should be.
         drop(TcpStream::connect_timeout(&rig.address, Duration::from_secs(60)));
         if seq % 100 == 0 {
-            rig.pose(seq);
-            served.wait_for("each pose", |message| match message.body {
-                Body::Transform(matrix) => {
-                    (f64::from(-matrix.translation[0]) == 40.0 + 0.25 * seq as f64).then_some(())
-                }
-                _ => None,
-            });
+            serve(&rig, seq);
         }
         seq += 1;
     }
     println!("{:.0} connections a second", 1e13 / (rig.now_ns() - began_ns) as f64);
     rig.wait_for_note(|note| note.contains(": 1 clients"));
     assert!(rig.is_running());
-    let after = rig.held();
-    // A few of those that went are still being put away. Each has a stack of two threads while it lasts, which the heap keeps for the next.
-    assert!(
-        after.0 <= before.0 + 16 && after.1 <= before.1 + 8192,
-        "{before:?}, then {after:?}"
-    );
+    // What still waits in the system's queue is taken up and put away in its turn. Each connection has two threads' stacks while it lasts,
+    // which the heap keeps for the next.
+    wait_for(&format!("no more than what was held before, {before:?}"), || {
+        let held = rig.held();
+        (held.0 <= before.0 && held.1 <= before.1 + 8192).then_some(())
+    });
     // Connections that are long gone may still come out of the system's queue, and take all places for a moment.
     let mut is_served = || {
         let mut client = rig.client();

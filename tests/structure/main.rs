@@ -6,5 +6,6 @@ mod circles;
 mod documents;
 mod floors;
 mod licences;
+mod publishers;
 mod reasons;
 mod remote;

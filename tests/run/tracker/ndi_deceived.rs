@@ -19,30 +19,30 @@ use crate::support::{SMALL, World};
 /// Where a good pose lies, and where one that must never be shown, mm.
 const GOOD: f64 = 10.0;
 const BAD: f64 = 666.0;
+/// The handle that the device gives the tool.
+const FOLLOWED: u16 = 1;
 /// For one thing of a case.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// How much a number of a frame may leave out before it is another count.
 const JUMP: u32 = 1_000_000;
 
-/// The body of a poll's reply: one tool at x.
+/// The body of a poll's reply: the tool that is followed, at x.
 fn seen(number: u32, x: f64, status: u16) -> Vec<u8> {
-    let transform = Transform {
-        q: [1.0, 0.0, 0.0, 0.0],
-        t_mm: [x, 2.0, -1500.0],
-        error_mm: 0.1,
-    };
-    let tool = Bx2Tool {
-        handle: Handle(1),
-        status: ToolStatus(status),
-        transform: (status & 0x0100 == 0).then_some(transform),
-    };
+    body(number, &[(FOLLOWED, x, status)])
+}
+
+/// The body of a poll's reply: tools by their handles, each at x.
+fn body(number: u32, tools: &[(u16, f64, u16)]) -> Vec<u8> {
     let frame = Bx2Frame {
         kind: FrameKind(2),
         index: 0,
         status: ToolStatus(0),
         number,
         device_ns: i64::from(number) * 16_000_000 + 1_000_000_000,
-        tools: vec![tool],
+        tools: tools
+            .iter()
+            .map(|(handle, x, status)| placed(*handle, *x, *status))
+            .collect(),
         markers: Vec::new(),
         errors: Vec::new(),
     };
@@ -51,6 +51,19 @@ fn seen(number: u32, x: f64, status: u16) -> Vec<u8> {
         alerts: Vec::new(),
         skipped: 0,
     })
+}
+
+fn placed(handle: u16, x: f64, status: u16) -> Bx2Tool {
+    let transform = Transform {
+        q: [1.0, 0.0, 0.0, 0.0],
+        t_mm: [x, 2.0, -1500.0],
+        error_mm: 0.1,
+    };
+    Bx2Tool {
+        handle: Handle(handle),
+        status: ToolStatus(status),
+        transform: (status & 0x0100 == 0).then_some(transform),
+    }
 }
 
 /// What the device says next, once, given the number of the frame.
@@ -91,6 +104,8 @@ enum Then {
     Lost(Lost),
     /// Nothing: the pose is not shown.
     Nothing,
+    /// Nothing, nor is the tool lost: the frame is not about it.
+    Unchanged,
 }
 
 fn cases() -> Vec<(&'static str, Evil, Then)> {
@@ -164,6 +179,22 @@ fn cases() -> Vec<(&'static str, Evil, Then)> {
             "a code that nobody knows",
             |n| binary_reply(&seen(n, BAD, 77)),
             Then::Lost(Lost::Refused),
+        ),
+        (
+            "a frame of another tool, as passive and active ones alternate",
+            |n| binary_reply(&body(n, &[(2, BAD, 0)])),
+            Then::Unchanged,
+        ),
+        ("a frame of no tool", |n| binary_reply(&body(n, &[])), Then::Unchanged),
+        (
+            "another tool beside it",
+            |n| binary_reply(&body(n, &[(2, BAD, 0), (FOLLOWED, GOOD, 0)])),
+            Then::Unchanged,
+        ),
+        (
+            "another tool beside it, which is missing",
+            |n| binary_reply(&body(n, &[(2, BAD, 0), (FOLLOWED, BAD, 0x0100)])),
+            Then::Lost(Lost::NotSeen),
         ),
         ("a number twice", |n| binary_reply(&seen(n - 1, BAD, 0)), Nothing),
         (
@@ -251,7 +282,8 @@ fn what_no_device_should_send_is_named_and_shows_no_pose() {
             let is_there = match then {
                 Then::Words(words) => told.iter().any(|told: &String| told.contains(words)),
                 Then::Lost(reason) => lost.contains(&reason),
-                Then::Nothing => is_sent && began.elapsed() > Duration::from_millis(100),
+                Then::Unchanged if !lost.is_empty() => break false,
+                Then::Nothing | Then::Unchanged => is_sent && began.elapsed() > Duration::from_millis(100),
             };
             if is_there || began.elapsed() > PATIENCE {
                 break is_there;
