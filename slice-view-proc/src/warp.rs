@@ -7,10 +7,14 @@
 //! tetrahedron is drawn, in which the place at rest is an affine function of the pixel. The distance of both from the quadratic maps is in
 //! the result ([`Warped::error_mm`]).
 //!
+//! Where pieces claim a pixel more than once, or turned inside out, the quadratic maps are asked themselves, as what a piece has beyond the
+//! organ's surface is no tissue.
+//!
 //! A pixel is one of four ([`Pixel`]): tissue, untouched surroundings, a place that tissue has left, or one that two claim. Each organ
 //! is drawn apart, so that a border along which organs slide stays sharp.
 
 mod border;
+mod claims;
 mod corners;
 mod cut;
 mod drawing;

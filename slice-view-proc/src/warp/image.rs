@@ -21,7 +21,7 @@ pub enum Pixel {
     Inside(u8),
     /// An organ was here at rest and has gone, or its region reaches beyond its cubes here: nothing is known of what is here now.
     Vacated,
-    /// More than one organ, or one twice; of one that is folded, cubes that its surface cuts count whole.
+    /// More than one organ, or one twice; where more than 256 pixels of an organ are claimed so, what its pieces have beyond its surface counts too.
     Twice,
 }
 

@@ -2,6 +2,7 @@
 
 use geometry::SlicePlane;
 
+use super::claims;
 use super::drawing::{Drawing, Tools};
 use super::image::{Organ, Warped};
 use super::resolve::Kinds;
@@ -134,6 +135,9 @@ impl Image<'_> {
             stretch: 0.0,
         }
         .cubes();
+        if drawn.is_some() {
+            claims::settle(self.view, organ, &mut tools.canvas);
+        }
         let places = (number > 0).then_some(&mut found.rest[..]);
         kinds.take(&mut tools.canvas, &organ.shape.region, number as u8, places);
         if number == 0 {

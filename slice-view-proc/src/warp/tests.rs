@@ -1,4 +1,5 @@
 mod bad;
+mod claims;
 mod exact;
 mod fields;
 mod pixels;
