@@ -14,7 +14,6 @@
 //! is drawn apart, so that a border along which organs slide stays sharp.
 
 mod border;
-mod claims;
 mod corners;
 mod cut;
 mod drawing;

@@ -119,6 +119,9 @@ fn who_says_nothing_may_stay_and_who_says_a_byte_now_and_then_may_not() {
     rig.wait_for_note(|note| note.contains("1 clients, 1 refused"));
 }
 
+/// Descriptors that a server opens in its first seconds, whoever connects: one was seen. Of ten thousand connections more would be left.
+const OPENED_LATER: usize = 4;
+
 #[test]
 fn ten_thousand_connections_leave_the_server_as_it_was() {
     let mut rig = Rig::new();
@@ -149,7 +152,7 @@ fn ten_thousand_connections_leave_the_server_as_it_was() {
     // which the heap keeps for the next.
     wait_for(&format!("no more than what was held before, {before:?}"), || {
         let held = rig.held();
-        (held.0 <= before.0 && held.1 <= before.1 + 8192).then_some(())
+        (held.0 <= before.0 + OPENED_LATER && held.1 <= before.1 + 8192).then_some(())
     });
     // Connections that are long gone may still come out of the system's queue, and take all places for a moment.
     let mut is_served = || {

@@ -1,8 +1,9 @@
 //! Slices of organs where they lie now.
 
+mod claims;
+
 use geometry::SlicePlane;
 
-use super::claims;
 use super::drawing::{Drawing, Tools};
 use super::image::{Organ, Warped};
 use super::resolve::Kinds;

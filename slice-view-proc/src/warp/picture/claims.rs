@@ -4,12 +4,12 @@
 //! tube that presses: that is no tissue, and none is there twice. So all places of the organ are found that a map takes to such a pixel: by
 //! halving cubes as long as the pixel may lie in them and some of the organ may, then by Newton's method.
 
-use super::image::Organ;
-use super::placed::{Held, Placed};
-use super::quadratic::{at, bernstein, halves, weights};
-use super::raster::{Canvas, FOLDED};
-use super::region::Region;
-use super::view::View;
+use crate::warp::image::Organ;
+use crate::warp::placed::{Held, Placed};
+use crate::warp::quadratic::{at, bernstein, halves, weights};
+use crate::warp::raster::{Canvas, FOLDED};
+use crate::warp::region::Region;
+use crate::warp::view::View;
 
 /// Pixels that are looked at, at most, as each takes some 50 us: a fold of more is told as it was drawn.
 const MOST: usize = 256;
