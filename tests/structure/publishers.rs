@@ -49,3 +49,10 @@ fn who_speaks_with_strangers_publishes_what_it_is_for_and_nothing_else() {
         assert_eq!(found, allowed, "{process}");
     }
 }
+
+#[test]
+fn what_is_opened_is_found_however_it_is_written() {
+    let text = "Publisher::open(&process.bus, &MARKERS, \"\")?; HeadedPublisher::<H, u8>::open(\n    &bus,\n    &TOOL_POSE,\n    1,\n); FramePublisher::open_once(&bus, room)";
+    let expected = ["&MARKERS", "&TOOL_POSE", "FramePublisher"];
+    assert_eq!(opened(text), expected.into_iter().map(str::to_owned).collect());
+}

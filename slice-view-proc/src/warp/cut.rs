@@ -102,7 +102,7 @@ impl Piece {
 }
 
 /// The inverse of the matrix with these columns, by rows, and their determinant.
-fn inverse(columns: &[[f64; 3]; 3]) -> Option<([[f64; 3]; 3], f64)> {
+pub(super) fn inverse(columns: &[[f64; 3]; 3]) -> Option<([[f64; 3]; 3], f64)> {
     let [a, b, c] = columns;
     let cross = |p: &[f64; 3], q: &[f64; 3]| {
         [

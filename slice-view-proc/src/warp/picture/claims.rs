@@ -4,23 +4,27 @@
 //! tube that presses: that is no tissue, and none is there twice. So all places of the organ are found that a map takes to such a pixel: by
 //! halving cubes as long as the pixel may lie in them and some of the organ may, then by Newton's method.
 
+use crate::warp::cut::inverse;
 use crate::warp::image::Organ;
+use crate::warp::kinds::eight;
 use crate::warp::placed::{Held, Placed};
 use crate::warp::quadratic::{at, bernstein, halves, weights};
 use crate::warp::raster::{Canvas, FOLDED};
 use crate::warp::region::Region;
 use crate::warp::view::View;
 
-/// Pixels that are looked at, at most, as each takes some 50 us: a fold of more is told as it was drawn.
+/// Pixels that are looked at, at most, as each takes some 40 us: a fold of more is told as it was drawn.
 const MOST: usize = 256;
-/// A cube is halved so often: parts of a 16th are hardly bent.
+/// A cube is halved so often, as parts of a 16th are hardly bent; and so often where a fold begins within such a part.
 const HALVED: u32 = 4;
+const MOST_HALVED: u32 = 8;
 /// Newton's method: steps at most, and how near to the pixel is enough, pixels and mm.
 const STEPS: usize = 20;
 const NEAR: f64 = 1e-7;
 /// Of a cube's side: so far outside a place is still its own, as rounding leaves it. Its neighbour finds the same.
 const BESIDE: f64 = 1e-6;
-/// Places at rest that are nearer are one, mm: found from two cubes, or from two parts of one.
+/// Places at rest that are nearer are one, mm: found from two cubes, or from two parts of one. Newton's method leaves them 1e-7 of a pixel
+/// apart, times the stretch; of a fold's two places one is inside out.
 const SAME_MM: f64 = 1e-3;
 /// Of nodes' places: so much further than their range a quadratic map may reach, of half of it.
 const BEYOND: f64 = 1.0;
@@ -81,16 +85,32 @@ pub(super) fn settle(view: &View, organ: &Organ<'_>, canvas: &mut Canvas) {
 }
 
 /// Pixels that are not covered once or not at all; some more than [`MOST`] where there are so many.
+#[inline(always)]
 fn doubtful(canvas: &Canvas) -> Vec<usize> {
     let mut found = Vec::new();
     for (row, [low, high]) in canvas.touched.iter().copied().enumerate() {
-        let pixels = row * canvas.size[0] + low.min(high)..row * canvas.size[0] + high;
-        found.extend(pixels.filter(|at| canvas.covered[*at] > 1 || canvas.marks[*at] & FOLDED != 0));
+        let first = row * canvas.size[0] + low.min(high);
+        let pixels = first..row * canvas.size[0] + high;
+        let (counts, rest) = canvas.covered[pixels.clone()].as_chunks::<8>();
+        let (marks, _) = canvas.marks[pixels].as_chunks::<8>();
+        for (k, (counts, marks)) in counts.iter().zip(marks).enumerate() {
+            // Nearly always all eight are in order.
+            let [counts, marks] = [*counts, *marks].map(u64::from_ne_bytes);
+            if counts & eight(!1) != 0 || marks & eight(FOLDED) != 0 {
+                found.extend((first + 8 * k..first + 8 * k + 8).filter(|at| is_doubtful(canvas, *at)));
+            }
+        }
+        let last = first + 8 * counts.len();
+        found.extend((last..last + rest.len()).filter(|at| is_doubtful(canvas, *at)));
         if found.len() > MOST {
             break;
         }
     }
     found
+}
+
+fn is_doubtful(canvas: &Canvas, at: usize) -> bool {
+    canvas.covered[at] > 1 || canvas.marks[at] & FOLDED != 0
 }
 
 /// Whether a map with these nodes may take some place to a pixel.
@@ -146,8 +166,13 @@ impl<'a> Search<'a> {
         if !is_inside && clear > half * self.side * 3.0_f64.sqrt() {
             return;
         }
-        if halved == HALVED {
+        let is_alike = halved >= HALVED && self.is_alike(middle, half);
+        if is_alike {
             return self.solve(middle, half, pixel, tissue);
+        }
+        if halved == MOST_HALVED {
+            *tissue = Tissue::Twice;
+            return;
         }
         for (x, along_x) in divided(map, 0).iter().enumerate() {
             for (y, along_y) in divided(along_x, 1).iter().enumerate() {
@@ -160,21 +185,29 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Whether the map turns nothing inside out in a part, or all of it: by its corners. Within both there may be two places, of which Newton's
+    /// method would find one.
+    fn is_alike(&self, middle: [f64; 3], half: f64) -> bool {
+        let corner = |k: usize| std::array::from_fn(|a| middle[a] + half * (2.0 * f64::from((k >> a & 1) as u8) - 1.0));
+        let upright = (0..8).filter(|k| inverse(&self.slope(corner(*k))).is_some_and(|(_, volume)| volume > 0.0));
+        matches!(upright.count(), 0 | 8)
+    }
+
     /// Newton's method from the middle of a part.
     fn solve(&self, middle: [f64; 3], half: f64, pixel: &[f64; 3], tissue: &mut Tissue) {
         let mut part = middle;
         for _ in 0..STEPS {
             let found = at(self.nodes, &part.map(weights));
             let off: [f64; 3] = std::array::from_fn(|a| pixel[a] - found[a]);
-            let columns = self.slope(part);
-            let rows = [(1, 2), (2, 0), (0, 1)].map(|(b, c)| cross(columns[b], columns[c]));
-            let volume = dot(columns[0], rows[0]);
+            let Some((rows, volume)) = inverse(&self.slope(part)) else {
+                break;
+            };
             if off.iter().all(|x| x.abs() < NEAR) {
                 self.take(part, middle, half, volume, tissue);
                 return;
             }
             for a in 0..3 {
-                part[a] += dot(rows[a], off) / volume;
+                part[a] += rows[a].iter().zip(off).map(|(row, off)| row * off).sum::<f64>();
             }
         }
         // Beside a fold, and some of the organ may be within: nobody knows how often.
@@ -220,16 +253,4 @@ fn holds(map: &Coefficients, pixel: &[f64; 3]) -> bool {
 fn divided(map: &Coefficients, axis: usize) -> [Coefficients; 2] {
     let both = map.map(|own| halves(&own, axis));
     [both.map(|halves| halves[0]), both.map(|halves| halves[1])]
-}
-
-fn cross(p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
-    [
-        p[1] * q[2] - p[2] * q[1],
-        p[2] * q[0] - p[0] * q[2],
-        p[0] * q[1] - p[1] * q[0],
-    ]
-}
-
-fn dot(p: [f64; 3], q: [f64; 3]) -> f64 {
-    (0..3).map(|k| p[k] * q[k]).sum()
 }
