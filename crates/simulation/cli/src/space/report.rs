@@ -1,6 +1,6 @@
 //! `result.json` of solids in space.
 
-mod errors;
+pub(super) mod errors;
 mod state;
 
 use nalgebra::Vector3;

@@ -54,11 +54,15 @@ impl Spline {
 
     /// Of each axis: the first of four coefficients, and where between the second and the third the place is.
     fn place(&self, at: &Vector3<f64>) -> [(i64, f64); 3] {
-        [0, 1, 2].map(|k| {
+        let along = |k: usize| {
             // A place far beyond the grid, where all is constant, must not overflow.
             let t = ((at[k] - self.origin[k]) / self.spacing[k]).clamp(-8.0, self.size[k] as f64 + 8.0);
-            (t.floor() as i64 - 1, t - t.floor())
-        })
+            // `floor` is a call where the processor is not known.
+            let whole = t as i64;
+            let knot = whole - i64::from(t < whole as f64);
+            (knot - 1, t - knot as f64)
+        };
+        [along(0), along(1), along(2)]
     }
 
     /// The index of a plane of coefficients across an axis; beyond the grid the outermost.
@@ -66,16 +70,44 @@ impl Spline {
         at.clamp(0, self.size[axis] as i64 - 1) as usize
     }
 
-    /// Calls `each` with the four coefficients of a row along x, and which of four rows along y and z it is.
-    fn rows(&self, place: &[(i64, f64); 3], mut each: impl FnMut(usize, usize, [f64; 4])) {
-        let index = |axis: usize| [0, 1, 2, 3].map(|i| self.within(axis, place[axis].0 + i));
-        let [x, y, z] = [index(0), index(1), index(2)];
-        for (k, z) in z.into_iter().enumerate() {
-            for (j, y) in y.into_iter().enumerate() {
-                let start = (z * self.size[1] + y) * self.size[0];
-                each(j, k, x.map(|x| f64::from(self.coefficients[start + x])));
+    /// Sums of the sixteen rows of four coefficients along x about a place, each row by its weights: of which of four rows along y and z it is.
+    #[inline]
+    fn summed<const N: usize>(
+        &self,
+        place: &[(i64, f64); 3],
+        weights: impl Fn(usize, usize) -> [f64; N],
+    ) -> [[f64; 4]; N] {
+        let mut sums = [[0.0; 4]; N];
+        let mut add = |j: usize, k: usize, row: &[f32; 4]| {
+            let row = row.map(f64::from);
+            for (sum, weight) in sums.iter_mut().zip(weights(j, k)) {
+                for (sum, c) in sum.iter_mut().zip(&row) {
+                    *sum += weight * c;
+                }
+            }
+        };
+        let first = place.map(|(first, _)| first);
+        let [x, y, z] = [0, 1, 2].map(|axis| self.within(axis, first[axis]));
+        let fits = |axis: usize| first[axis] >= 0 && first[axis] + 3 < self.size[axis] as i64;
+        if fits(0) && fits(1) && fits(2) {
+            for k in 0..4 {
+                let plane = &self.coefficients[((z + k) * self.size[1] + y) * self.size[0] + x..];
+                for j in 0..4 {
+                    if let Some(row) = plane[j * self.size[0]..].first_chunk() {
+                        add(j, k, row);
+                    }
+                }
+            }
+        } else {
+            let index = |axis: usize| [0, 1, 2, 3].map(|i| self.within(axis, first[axis] + i));
+            for (k, z) in index(2).into_iter().enumerate() {
+                for (j, y) in index(1).into_iter().enumerate() {
+                    let start = (z * self.size[1] + y) * self.size[0];
+                    add(j, k, &index(0).map(|x| self.coefficients[start + x]));
+                }
             }
         }
+        sums
     }
 
     /// First and last coefficient of each axis that a value in the box depends on.
@@ -113,16 +145,15 @@ impl Spline {
     pub fn curvature(&self, at: &Vector3<f64>) -> Matrix3<f64> {
         let place = self.place(at);
         let [x, y, z] = place.map(|(_, t)| [weights(t), slopes(t), curvatures(t)]);
-        let mut sum = Matrix3::<f64>::zeros();
-        self.rows(&place, |j, k, row| {
-            let along = [0, 1, 2].map(|order| dot(&x[order], &row));
-            for (p, q) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
-                // How often each axis is differentiated.
-                let [a, b, c] = [0, 1, 2].map(|axis| usize::from(p == axis) + usize::from(q == axis));
-                sum[(p, q)] += along[a] * y[b][j] * z[c][k];
-            }
+        // How often along each axis: xx, xy, xz, yy, yz, zz.
+        let [xx, xy, xz, yy, yz, zz] = self.summed(&place, |j, k| {
+            [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]].map(|[b, c]| y[b][j] * z[c][k])
         });
-        Matrix3::from_fn(|p, q| sum[(p.min(q), p.max(q))] / (self.spacing[p] * self.spacing[q]))
+        let each = [[&xx, &xy, &xz], [&xy, &yy, &yz], [&xz, &yz, &zz]];
+        Matrix3::from_fn(|p, q| {
+            let order = usize::from(p == 0) + usize::from(q == 0);
+            dot(&x[order], each[p][q]) / (self.spacing[p] * self.spacing[q])
+        })
     }
 }
 
@@ -130,23 +161,15 @@ impl Field for Spline {
     fn value(&self, at: &Vector3<f64>) -> f64 {
         let place = self.place(at);
         let [x, y, z] = place.map(|(_, t)| weights(t));
-        let mut sum = 0.0;
-        self.rows(&place, |j, k, row| sum += z[k] * y[j] * dot(&x, &row));
-        sum - self.level
+        let [sum] = self.summed(&place, |j, k| [y[j] * z[k]]);
+        dot(&x, &sum) - self.level
     }
 
     fn slope(&self, at: &Vector3<f64>) -> Vector3<f64> {
         let place = self.place(at);
         let ([x, y, z], [dx, dy, dz]) = (place.map(|(_, t)| weights(t)), place.map(|(_, t)| slopes(t)));
-        let mut sum = Vector3::zeros();
-        self.rows(&place, |j, k, row| {
-            let across = dot(&x, &row);
-            sum += Vector3::new(
-                z[k] * y[j] * dot(&dx, &row),
-                z[k] * dy[j] * across,
-                dz[k] * y[j] * across,
-            );
-        });
+        let [along_x, along_y, along_z] = self.summed(&place, |j, k| [y[j] * z[k], dy[j] * z[k], y[j] * dz[k]]);
+        let sum = Vector3::new(dot(&dx, &along_x), dot(&x, &along_y), dot(&x, &along_z));
         sum.component_div(&self.spacing)
     }
 

@@ -11,7 +11,7 @@ use super::triple;
 /// The errors, or words that say why there are none.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
-pub(super) enum ErrorsRecord<'a> {
+pub(in super::super) enum ErrorsRecord<'a> {
     Words(String),
     Found(Box<Parts<'a>>),
 }
@@ -26,7 +26,7 @@ enum Known<T> {
 
 /// Algebraic, of the mesh, of the model: three kinds, no sum.
 #[derive(Debug, Serialize)]
-pub(super) struct Parts<'a> {
+pub(in super::super) struct Parts<'a> {
     of: &'a str,
     words: &'static str,
     algebraic: Known<AlgebraicRecord<'a>>,
@@ -141,7 +141,7 @@ const MODEL: &str = "a linearisation: independent numbers, each moved by its sta
 const NOT_VARIED: &str = "the forms of the laws, where and how far attachments hold, the label map and its smoothing, the tube's way, and what not_modelled names";
 
 /// What is said of errors.
-pub(super) fn record<'a>(said: &'a Said, model: &'a Model) -> ErrorsRecord<'a> {
+pub(in super::super) fn record<'a>(said: &'a Said, model: &'a Model) -> ErrorsRecord<'a> {
     match said {
         Said::NotAsked => ErrorsRecord::Words("not asked for".to_owned()),
         Said::NotYet => ErrorsRecord::Words("not looked for yet".to_owned()),
