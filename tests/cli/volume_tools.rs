@@ -50,6 +50,10 @@ fn noise(world: &World, name: &str, rows: [[f32; 4]; 3]) -> PathBuf {
     for (at, value) in rows.iter().flatten().enumerate() {
         nifti = nifti.f32(280 + 4 * at, *value);
     }
+    for axis in 0..3 {
+        let step = rows.iter().map(|row| row[axis] * row[axis]).sum::<f32>().sqrt();
+        nifti = nifti.f32(80 + 4 * axis, step);
+    }
     let path = world.path(name);
     fs::write(&path, Vec::<u8>::from(nifti)).unwrap();
     path
@@ -126,6 +130,20 @@ fn formats_that_cannot_be_are_refused_and_leave_nothing() {
         summary["hash"].as_str().unwrap().to_owned()
     };
     assert_eq!(hash(path), hash(&target("copy.nii")));
+    // The voxels of another header stay, whatever may be replaced: a second export took the first one's for its own.
+    tool(&world, &["export", path, &target("a.mhd")]);
+    let before = hash(&target("a.mhd"));
+    let other = target("a.nhdr");
+    let words = ["export", path, &other, "--box-voxels", "0,0,0,9,9,9", "--overwrite"];
+    for words in [&words[..5], &words] {
+        refused(
+            &world,
+            words,
+            "a.raw: there is a file of this name, which may hold the voxels of another header",
+        );
+    }
+    assert_eq!(hash(&target("a.mhd")), before);
+    tool(&world, &["export", path, &target("a.mhd"), "--overwrite"]);
 }
 
 /// What the script says of the series of `volume`.

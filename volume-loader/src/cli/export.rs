@@ -122,6 +122,13 @@ pub(crate) enum RunError {
         /// The path.
         path: PathBuf,
     },
+    /// The voxels beside the header would replace another file.
+    #[error("{}: there is a file of this name, which may hold the voxels of another header: they would be replaced. Give another name, or \
+             remove it", path.display())]
+    Voxels {
+        /// The path.
+        path: PathBuf,
+    },
     /// The examination was refused.
     #[error(transparent)]
     Input(#[from] input::InputError),
@@ -189,6 +196,34 @@ impl Writer {
         )
     }
 
+    /// The voxels' file, where it is another than the header's.
+    fn voxels(&self) -> Option<PathBuf> {
+        let (path, own, [plain, compressed], compress) = match self {
+            Self::Nrrd(path, options) => (path, "nhdr", ["raw", "raw.gz"], options.compress),
+            Self::MetaImage(path, options) => (path, "mhd", ["raw", "zraw"], options.compress),
+            Self::Nifti(_) | Self::Dicom(..) => return None,
+        };
+        let is_beside = path.extension().is_some_and(|ending| ending == own);
+        is_beside.then(|| path.with_extension(if compress { compressed } else { plain }))
+    }
+
+    /// Refuses to replace a file that nobody said may go. Voxels go with their own header alone, also where that may go: those of another
+    /// header would be another patient's under it.
+    fn keep(&self, overwrite: bool) -> Result<(), RunError> {
+        let is_there = |path: &Path| path.symlink_metadata().is_ok();
+        let path = self.path();
+        if !overwrite && is_there(path) {
+            let path = path.to_owned();
+            return Err(RunError::Exists { path });
+        }
+        let headers = ["mhd", "nhdr"].map(|ending| path.with_extension(ending));
+        let is_anothers = !is_there(path) || headers.iter().any(|header| header != path && is_there(header));
+        match self.voxels() {
+            Some(path) if is_there(&path) && is_anothers => Err(RunError::Voxels { path }),
+            _ => Ok(()),
+        }
+    }
+
     fn path(&self) -> &Path {
         match self {
             Self::Nifti(path) | Self::Nrrd(path, _) | Self::MetaImage(path, _) | Self::Dicom(path, _) => path,
@@ -243,9 +278,8 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
     let writer = Writer::new(args)?;
     // A folder is judged by who writes into it.
     let is_file = !matches!(writer, Writer::Dicom(..));
-    if is_file && !args.overwrite && writer.path().symlink_metadata().is_ok() {
-        let path = writer.path().to_owned();
-        return Err(RunError::Exists { path });
+    if is_file {
+        writer.keep(args.overwrite)?;
     }
     let mut source = args.input.open()?;
     if source.marks().has(Marks::REGRIDDED) && !args.unmarked {

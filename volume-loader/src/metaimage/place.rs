@@ -33,7 +33,6 @@ pub(crate) fn ct_from_voxel(
     };
     let [x, y, z] = origin.map(|v| v * mm);
     let map = Affine::from_steps(Point::new(x, y, z), [0, 1, 2].map(step));
-    notes.extend(contradiction(fields, &directions));
     Ok((map, notes))
 }
 
@@ -84,12 +83,18 @@ fn directions(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) ->
             let field = "TransformMatrix";
             return Err(MetaImageError::NoOrientation { field });
         }
+        if let Some(told) = fields.get("AnatomicalOrientation") {
+            told_otherwise(told, &rows(IDENTITY))?;
+        }
         notes.push("NO ORIENTATION IN THE FILE: its axes are taken as LPS, the format's default".to_owned());
         return Ok(rows(IDENTITY));
     };
     let matrix = numbers(&field.text).ok_or_else(|| field.refuse("nine numbers"))?;
     let directions = rows(matrix);
     check_directions(field, &directions, notes)?;
+    if let Some(told) = fields.get("AnatomicalOrientation") {
+        notes.extend(told_otherwise(told, &directions)?);
+    }
     Ok(directions)
 }
 
@@ -132,13 +137,28 @@ fn origin(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Res
     }
 }
 
-/// `AnatomicalOrientation` names where each axis comes from: RAI is from right to left, front to back, feet to head.
-fn contradiction(fields: &Fields, directions: &[[f64; 3]; 3]) -> Option<String> {
-    let told = &fields.get("AnatomicalOrientation")?.text;
-    let letters = told.len() == 3 && told.chars().all(|c| "RLAPIS".contains(c));
+/// Refuses an `AnatomicalOrientation` that is not that of the directions. It names where each axis comes from, so that RAI is from right to
+/// left, front to back, feet to head; some name where each goes to, which is told.
+fn told_otherwise(field: &Field, directions: &[[f64; 3]; 3]) -> Result<Option<String>, MetaImageError> {
+    let told = field.text.to_ascii_uppercase();
     let ours: String = directions.iter().map(letter).collect();
-    let text = format!("AnatomicalOrientation says {told}, the matrix {ours}: the matrix is used");
-    (letters && *told != ours).then_some(text)
+    let is_told = told.len() == 3 && told.chars().all(|c| "RLAPIS".contains(c));
+    let to: String = ours.chars().map(across).collect();
+    match told {
+        told if !is_told || told == ours => Ok(None),
+        told if told == to => Ok(Some(format!(
+            "AnatomicalOrientation says {told}, where axes go to; where they come from is {ours}"
+        ))),
+        _ => Err(field.refuse("the letters of its axes' directions, RAI for those of LPS: by one of both the patient is turned or mirrored")),
+    }
+}
+
+/// The other side.
+fn across(side: char) -> char {
+    let pairs = ["RL", "AP", "IS"];
+    let pair = pairs.iter().find(|pair| pair.contains(side));
+    pair.and_then(|pair| pair.chars().find(|other| *other != side))
+        .unwrap_or(side)
 }
 
 fn letter(direction: &[f64; 3]) -> char {

@@ -106,6 +106,26 @@ pub enum HeaderError {
         /// The axis, from 0.
         axis: usize,
     },
+    /// One of two orientations is the other in a mirror.
+    #[error(
+        "the sform and the qform are mirror images of one another, and programs differ in which of them they go by: find out which is right, \
+         and set the code of the other to 0"
+    )]
+    Mirrored,
+    /// The sform's steps are not those of `pixdim`.
+    #[error(
+        "the sform steps by {step} along axis {} of the voxels and pixdim says {pixdim}, and programs differ in which of them they go by: \
+         find out which is right, and write it in both",
+        ["i", "j", "k"][*axis]
+    )]
+    Steps {
+        /// The axis, from 0.
+        axis: usize,
+        /// The length of the sform's step, in the file's unit.
+        step: f64,
+        /// What `pixdim` says.
+        pixdim: f64,
+    },
     /// The qform's quaternion is longer than 1.
     #[error("the qform's quaternion (b, c, d) = {found:?} has norm {norm}, expected at most 1")]
     Quaternion {

@@ -11,6 +11,8 @@ const DISAGREEMENT_MM: f64 = 1.0;
 const SKEW: f64 = 1e-5;
 /// And for ITK, which reads 9e-5 and refuses 1.1e-4 (SimpleITK 2.5.7): "no orthonormal definition found".
 const ITK_SKEW: f64 = 1e-4;
+/// How far (relative) `pixdim` may be from the length of the sform's step: both are single, and some programs round to three digits.
+const STEPS: f64 = 1e-3;
 /// From unknown to another template (nifti1.h, `NIFTI_XFORM`).
 const CODES: std::ops::RangeInclusive<i64> = 0..=5;
 /// A quaternion's a is zero where its square is below this.
@@ -28,7 +30,8 @@ pub(crate) struct Placed {
 /// Where a header puts its voxels in the patient.
 ///
 /// # Errors
-/// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`], [`HeaderError::Sides`].
+/// [`HeaderError::Units`], [`HeaderError::Code`], [`HeaderError::NoOrientation`], [`HeaderError::Quaternion`], [`HeaderError::Sides`],
+/// [`HeaderError::Mirrored`], [`HeaderError::Steps`].
 pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<Placed, HeaderError> {
     let (mm, mut doubts) = mm_per_unit(fields.units)?;
     let lps_mm = |ras: Rows| Affine::from_rows(lps_from_ras(ras).map(|row| row.map(|v| v * mm)));
@@ -48,6 +51,7 @@ pub(crate) fn ct_from_voxel(fields: &Fields) -> Result<Placed, HeaderError> {
             doubts,
         });
     }
+    steps_agree(fields)?;
     let chosen = lps_mm(fields.srow);
     if qform > 0 {
         opposed(chosen, ras_from_qform(fields).map(lps_mm))?;
@@ -124,15 +128,30 @@ fn ras_from_qform(fields: &Fields) -> Result<Rows, HeaderError> {
     }))
 }
 
-/// Refuses two orientations of which one turns an axis round: programs differ in which of them they go by, and so in which side is left.
+/// Refuses two orientations of which one turns an axis round, or is the other in a mirror: programs differ in which of them they go by, and so in which side is left.
 fn opposed(chosen: Affine<Ct, Voxel>, other: Result<Affine<Ct, Voxel>, HeaderError>) -> Result<(), HeaderError> {
     // One that is not usable has no sides, and is told of.
     let Ok(other) = other else { return Ok(()) };
     let against = |axis: &usize| chosen.step(*axis).dot(other.step(*axis)) < 0.0;
     match (0..3).find(against) {
         Some(axis) => Err(HeaderError::Sides { axis }),
+        None if chosen.determinant() * other.determinant() < 0.0 => Err(HeaderError::Mirrored),
         None => Ok(()),
     }
+}
+
+/// Refuses an sform whose steps are not those of `pixdim`: ITK goes by the one and others by the other, where one is negative even to
+/// opposite sides.
+fn steps_agree(fields: &Fields) -> Result<(), HeaderError> {
+    for axis in 0..3 {
+        let pixdim = fields.pixdim[axis + 1];
+        let step = fields.srow.iter().map(|row| row[axis] * row[axis]).sum::<f64>().sqrt();
+        // One of 0 says nothing, and a step that is no number is refused with the grid.
+        if step.is_finite() && pixdim != 0.0 && !((pixdim - step).abs() <= STEPS * step) {
+            return Err(HeaderError::Steps { axis, step, pixdim });
+        }
+    }
+    Ok(())
 }
 
 fn disagreement(

@@ -68,6 +68,21 @@ fn by_spacings(fields: &Fields, dimension: usize, options: OpenOptions) -> Resul
         let found = found.to_owned();
         return Err(NrrdError::NoOrientation { found });
     };
+    // What the file does say is not overruled.
+    if let Some(space) = fields.get("space")
+        && signs(fields, options, &mut Vec::new())? != [1.0; 3]
+    {
+        return Err(space.refuse("left-posterior-superior, as its axes are to be taken as LPS"));
+    }
+    if let Some(origin) = fields.get("space origin") {
+        return Err(origin.refuse("space directions beside it, or neither of them: the origin would be taken as 0"));
+    }
+    if let Some(least) = fields
+        .get("axis mins")
+        .filter(|field| numbers(&field.text) != Some([0.0; 3]))
+    {
+        return Err(least.refuse("0 0 0, or none: the origin would be taken as 0"));
+    }
     let expected = "three positive numbers";
     let [x, y, z] = numbers::<f64, 3>(&spacings.text)
         .filter(|steps| dimension == 3 && steps.iter().all(|&step| step > 0.0))

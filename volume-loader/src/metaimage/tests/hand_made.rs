@@ -8,6 +8,12 @@ fn voxels(bytes: &[u8]) -> Vec<i16> {
     read_bytes(bytes).unwrap().0
 }
 
+fn refused(changes: &[&str], options: OpenOptions) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let opened = open(&file(&folder, "a.mha", &hand(changes, &counted())), options);
+    opened.map(|_| ()).unwrap_err().to_string()
+}
+
 fn rows(changes: &[&str], options: OpenOptions) -> ([[f64; 4]; 3], String) {
     let folder = tempfile::tempdir().unwrap();
     let source = open(&file(&folder, "a.mha", &hand(changes, &counted())), options).unwrap();
@@ -80,12 +86,19 @@ fn the_matrix_holds_one_direction_after_another() {
     assert!(!about.contains("AnatomicalOrientation"), "{about}");
     let mut wrong = changes;
     wrong[3] = "AnatomicalOrientation = RAI";
+    // It was told at the end of a line and no warning: by one of both the patient is in a mirror.
+    let refused = refused(&wrong, OpenOptions::default());
+    assert!(
+        refused.contains("AnatomicalOrientation") && refused.contains("\"RAI\""),
+        "{refused}"
+    );
+    // Where axes go to, as some programs name it; and in small letters.
+    wrong[3] = "AnatomicalOrientation = PIL";
     let (found, about) = rows(&wrong, OpenOptions::default());
     assert_eq!(found, want);
-    assert!(
-        about.contains("AnatomicalOrientation says RAI, the matrix ASR"),
-        "{about}"
-    );
+    assert!(about.contains("where they come from is ASR"), "{about}");
+    wrong[3] = "AnatomicalOrientation = asr";
+    assert_eq!(rows(&wrong, OpenOptions::default()).0, want);
     let renamed = [
         "TransformMatrix=",
         "Rotation = 0 1 0 0 0 -1 1 0 0",
@@ -114,6 +127,8 @@ fn an_assumed_orientation_is_said() {
         "{about}"
     );
     // What the file says is not overruled.
+    let refused = refused(&["TransformMatrix=", "Offset=", "AnatomicalOrientation = LPI"], ASSUMED);
+    assert!(refused.contains("AnatomicalOrientation"), "{refused}");
     let (found, about) = rows(&["TransformMatrix = -1 0 0 0 -1 0 0 0 1"], ASSUMED);
     assert!(found[0][0] == -1.0 && !about.contains("NO ORIENTATION"), "{about}");
 }

@@ -16,6 +16,48 @@ fn refused(change: impl Fn(&mut Hand) -> &mut Hand) -> HeaderError {
     }
 }
 
+/// ITK goes by `pixdim` and others by the sform: a slice was 5 mm here and 1.25 mm there, and a negative one took left for right.
+#[test]
+fn an_sform_whose_steps_are_not_those_of_pixdim_is_refused() {
+    for (axis, pixdim) in [(0, 1.25), (1, -1.0), (2, 1.002), (0, f32::NAN)] {
+        let found = refused(|h| h.f32(80 + 4 * axis, pixdim));
+        assert!(
+            matches!(found, HeaderError::Steps { axis: named, .. } if named == axis),
+            "{found}"
+        );
+    }
+    // One that rounds to three digits, and one that says nothing.
+    for pixdim in [1.0009, 0.0] {
+        let mut hand = Hand::counted(false);
+        assert!(open_bytes(&hand.f32(84, pixdim).bytes).is_ok(), "{pixdim}");
+    }
+}
+
+/// Axes that are swapped are opposed nowhere, and yet one form is the other in a mirror.
+#[test]
+fn forms_of_which_one_is_the_other_in_a_mirror_are_refused() {
+    let swapped = |h: &mut Hand| {
+        // The sform takes i to +y and j to +x; the qform is the identity.
+        for (at, value) in [
+            (280, 0.0),
+            (284, 1.0),
+            (296, 1.0),
+            (300, 0.0),
+            (256, 0.0),
+            (260, 0.0),
+            (264, 0.0),
+        ] {
+            h.f32(at, value);
+        }
+        h.i16(252, 1);
+    };
+    let found = refused(|h| {
+        swapped(h);
+        h
+    });
+    assert!(matches!(found, HeaderError::Mirrored), "{found}");
+}
+
 #[test]
 fn headers_are_refused_by_name() {
     use HeaderError as E;

@@ -42,7 +42,7 @@ fn units_are_converted_and_unknown_ones_told() {
     let mut hand = Hand::counted(false);
     hand.bytes[123] = 1;
     for i in 0..3 {
-        hand.f32(280 + 20 * i, 0.002);
+        hand.f32(280 + 20 * i, 0.002).f32(80 + 4 * i, 0.002);
     }
     let spacing = open_bytes(&hand.bytes).unwrap().grid().spacing_mm();
     // 0.002 as f32, seven digits.

@@ -242,6 +242,22 @@ fn an_assumed_orientation_is_said() {
     // What the file says is not overruled.
     let (found, about) = rows(&["space: RAS"], ASSUMED);
     assert!(found[0][0] == -1.0 && !about.contains("NO ORIENTATION"), "{about}");
+    // A file that said RAS, or where its origin is, was turned half round, or put at 0.
+    let without = ["space directions:", "space origin:", "spacings: 1 2 3"];
+    for (more, field) in [
+        (&["space: right-anterior-superior"][..], "space"),
+        (
+            &["space: left-posterior-superior", "space origin: (100,200,300)"],
+            "space origin",
+        ),
+        (&["space:", "axis mins: 100 200 300"], "axis mins"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let changes = [&without[..], more].concat();
+        let opened = open(&file(&folder, "a.nrrd", &hand(&changes, &counted())), ASSUMED);
+        let said = opened.map(|_| ()).unwrap_err().to_string();
+        assert!(said.contains(&format!(": {field} is ")), "{field}: {said}");
+    }
 }
 
 #[test]
