@@ -6,7 +6,7 @@ pub(crate) mod file_records;
 pub mod info;
 pub(crate) mod lost;
 pub(crate) mod one_run;
-mod organs;
+pub(crate) mod organs;
 pub mod reader;
 pub mod scan;
 pub mod seek;

@@ -15,6 +15,7 @@ mod html;
 mod localizer;
 mod marks;
 mod notices;
+mod organs;
 mod output;
 mod quantity;
 mod run_report;
@@ -235,6 +236,7 @@ fn facts(mut found: Gathered, recording: Recording, with_identity: bool) -> Fact
         latency_ms: found.latency.spread(),
         latency_unknown: found.latency.unknowns(),
         localizers: found.localizers.facts(),
+        organs: found.organs.finish(),
         marks: MarkFacts {
             why_none: (0..found.marks.all.len())
                 .map(|place| found.marks.why_none(place))

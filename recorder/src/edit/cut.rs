@@ -16,7 +16,7 @@ use crate::read::info::Info;
 use crate::read::reader;
 use crate::read::scan::{self, Item, Scan};
 use crate::wire::proto::MeshFrame;
-use crate::wire::schema::{GUIDE, TISSUE_MESH};
+use crate::wire::schema::{GUIDE, TISSUE_MESH, WORKFLOW};
 use crate::write::file_error::words;
 use crate::write::paths;
 use crate::write::pose_log;
@@ -133,7 +133,8 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
     let mut info = Info::default();
     let mut progress = Progress::new("cutting");
     // What was chosen before the stretch holds in it, and organs at rest are of all states; written with the first message of it.
-    let (mut chosen, mut meshes) = (Vec::new(), Meshes::default());
+    // So does how far the run had come, of which the last word counts.
+    let (mut chosen, mut meshes, mut reached) = (Vec::new(), Meshes::default(), None);
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
@@ -149,13 +150,21 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
                     chosen.push(Item::Message(Message { log_time, ..message }));
                 }
             }
+            Ok(Item::Message(message)) if message.channel.topic == WORKFLOW && message.log_time < stretch.from_ns => {
+                let log_time = stretch.from_ns;
+                reached = Some(Item::Message(Message { log_time, ..message }));
+            }
             Ok(Item::Message(message)) if !(stretch.from_ns..=stretch.to_ns).contains(&message.log_time) => {}
             Ok(item) => {
                 let before = match item {
                     Item::Message(_) => std::mem::take(&mut chosen),
                     _ => Vec::new(),
                 };
-                for item in before.iter().chain([&item]) {
+                let reached = match item {
+                    Item::Message(_) => reached.take(),
+                    _ => None,
+                };
+                for item in before.iter().chain(&reached).chain([&item]) {
                     put(out, item)?;
                     info.take(Ok(item));
                 }
@@ -236,12 +245,31 @@ mod tests {
             log.pose(crate::wire::schema::Source::Tool, &testing::pose(seq))
                 .unwrap();
         }
+        for (flags, seq) in [(1, 5), (2, 15), (4, 30)] {
+            let t_ns = testing::pose(seq).t_capture_ns;
+            let workflow = proto::Workflow {
+                t_ns,
+                flags,
+                ..proto::Workflow::default()
+            };
+            log.put(Entry::Workflow(&workflow)).unwrap();
+        }
         fs::write(&input, log.finish().unwrap().into_inner()).unwrap();
         let [from_ns, to_ns] = [20, 40].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
         let info = cut(&input, Stretch { from_ns, to_ns }, &out, false).unwrap();
         assert_eq!(info.tally.span_ns(), Some((from_ns, to_ns)));
         let guides = reader::guides(&out).unwrap().map(|guide| guide.unwrap().plan_id);
         assert_eq!(guides.collect::<Vec<_>>(), [0, 10, 30]);
+        // A cut lost that its run navigated unchecked: the last word before the stretch, and all within it.
+        let flags = scan::open(&out).unwrap().filter_map(|item| match item.unwrap() {
+            Item::Message(message) if message.channel.topic == WORKFLOW => Some(
+                <proto::Workflow as prost::Message>::decode(&*message.data)
+                    .unwrap()
+                    .flags,
+            ),
+            _ => None,
+        });
+        assert_eq!(flags.collect::<Vec<_>>(), [2, 4]);
         let found = crate::read::verify::verify(&out).unwrap();
         assert!(found.findings.is_empty(), "{:?}", found.findings);
         // Of a stretch in which nothing was captured it makes no recording.

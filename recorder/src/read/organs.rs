@@ -10,7 +10,7 @@ use crate::wire::proto::{MeshFrame, TissueFrame};
 use crate::wire::seq::SeqWatch;
 
 /// A scene allows no more (`tissue.tolerance`): what settled states are held against before the recording's scene is known.
-const MOST_TOLERANCE: f64 = 0.1;
+pub(crate) const MOST_TOLERANCE: f64 = 0.1;
 
 /// States and meshes so far.
 #[derive(Debug)]

@@ -72,6 +72,8 @@ pub(super) struct SceneFacts {
     pub(super) rate_hz: f64,
     pub(super) targets: usize,
     pub(super) views: usize,
+    /// Whether a model moves organs in its images.
+    pub(super) moves_organs: bool,
     pub(super) stale_ms: f64,
     pub(super) lost_ms: f64,
     #[serde(skip)]
@@ -169,6 +171,7 @@ impl SceneFacts {
             rate_hz: scene.tracker.rate_hz,
             targets: scene.targets.len(),
             views: scene.views.len(),
+            moves_organs: scene.tissue.is_some(),
             stale_ms: bus::clock::ms(ages.stale_ns),
             lost_ms: bus::clock::ms(ages.lost_ns),
             limits: Limits::of(scene),

@@ -8,7 +8,7 @@ use super::ReportError;
 use crate::replay::facts::unknown_fields;
 use crate::wire::schema::{
     self, GROUND_TRUTH, GUIDE, GUIDE_SCHEMA, IDENTITY, IDENTITY_SCHEMA, IMAGE_SCHEMA, LOG, LOG_SCHEMA, POSE_SCHEMA,
-    STATUS, STATUS_SCHEMA, TOOL_POSE, VIEW, WORKFLOW, WORKFLOW_SCHEMA,
+    STATUS, STATUS_SCHEMA, TISSUE, TISSUE_SCHEMA, TOOL_POSE, VIEW, WORKFLOW, WORKFLOW_SCHEMA,
 };
 
 /// The schema of a topic that a report tells of.
@@ -19,6 +19,7 @@ fn expected(topic: &str) -> Option<&'static str> {
         WORKFLOW => WORKFLOW_SCHEMA,
         STATUS => STATUS_SCHEMA,
         LOG => LOG_SCHEMA,
+        TISSUE => TISSUE_SCHEMA,
         IDENTITY => IDENTITY_SCHEMA,
         _ if topic.starts_with(VIEW) => IMAGE_SCHEMA,
         _ => return None,

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::basis::Basis;
 use super::localizer::LocalizerFacts;
 use super::marks::Mark;
+use super::organs::OrganFacts;
 use super::quantity::{Quantity, Spread};
 use super::short::List;
 use super::states::{LostSpan, States};
@@ -37,6 +38,7 @@ pub(super) struct Facts {
     /// Poses that were published before they were captured.
     pub(super) latency_unknown: u64,
     pub(super) localizers: LocalizerFacts,
+    pub(super) organs: OrganFacts,
     pub(super) marks: MarkFacts,
     pub(super) story: Story,
     #[serde(skip)]

@@ -15,6 +15,7 @@ use super::expected;
 use super::facts::{DamageFacts, PoseFacts};
 use super::localizer::Localizers;
 use super::marks::Marks;
+use super::organs::Organs;
 use super::quantity::Quantity;
 use super::short::short;
 use super::states::{Between, Timeline};
@@ -27,8 +28,8 @@ use crate::read::reader;
 use crate::read::scan::{Item, Scan};
 use crate::read::tally::Tally;
 use crate::replay::tape::impossible_stamp;
-use crate::wire::proto::{self, Identity, Log, ProcessStatus};
-use crate::wire::schema::{GROUND_TRUTH, GUIDE, IDENTITY, LOG, MARKERS, STATUS, TOOL_POSE, VIEW, WORKFLOW};
+use crate::wire::proto::{self, Identity, Log, ProcessStatus, TissueFrame};
+use crate::wire::schema::{GROUND_TRUTH, GUIDE, IDENTITY, LOG, MARKERS, STATUS, TISSUE, TOOL_POSE, VIEW, WORKFLOW};
 
 /// Latencies from a tenth of a microsecond to three hours are told apart, ms.
 const LATENCY_MS: (f64, f64) = (1e-4, 1e7);
@@ -48,6 +49,7 @@ pub(super) struct Gathered {
     pub(super) tip: Tip,
     pub(super) latency: Quantity,
     pub(super) localizers: Localizers,
+    pub(super) organs: Organs,
     pub(super) timeline: Timeline,
     /// The newest word on whose examination it is.
     pub(super) identity: Option<Identity>,
@@ -91,6 +93,7 @@ impl Gathered {
             tip: Tip::default(),
             latency: Quantity::new(LATENCY_MS.0, LATENCY_MS.1),
             localizers: Localizers::default(),
+            organs: Organs::default(),
             timeline: Timeline::new(limits.ages),
             identity: None,
             span_ns: None,
@@ -158,6 +161,7 @@ impl Gathered {
             GROUND_TRUTH => self.decoded(message, |of, truth: ToolPose| of.tip.truth(&truth)),
             GUIDE => self.decoded(message, |of, guide: Guide| of.story.guide(&guide)),
             MARKERS => self.decoded(message, |of, frame: MarkerFrame| of.localizers.take(&frame)),
+            TISSUE => self.tissue(message),
             _ => self.words(topic, t_ns, message).map_err(|error| error.to_string()),
         };
         if let Err(words) = taken {
@@ -168,6 +172,11 @@ impl Gathered {
     fn spans(&mut self, t_ns: i64) {
         let (first, last) = self.span_ns.unwrap_or((t_ns, t_ns));
         self.span_ns = Some((first.min(t_ns), last.max(t_ns)));
+    }
+
+    fn tissue(&mut self, message: &Message<'_>) -> Result<(), String> {
+        let state: TissueFrame = reader::decode(message).map_err(|error| error.to_string())?;
+        self.organs.take(&state)
     }
 
     fn decoded<T: reader::Recorded>(

@@ -9,6 +9,7 @@ mod head;
 mod localizer;
 mod marked;
 mod measured;
+mod organs;
 mod strip;
 mod table;
 mod troubles;
@@ -38,6 +39,7 @@ pub(super) fn page(facts: &Facts) -> String {
         measured::tip(facts, &time),
         measured::latency(facts, &time),
         localizer::section(facts),
+        organs::section(facts),
         troubles::section(facts),
         troubles::damage(facts),
     ];

@@ -1,8 +1,10 @@
 //! What stands at the top of a report: whatever makes less of it than a reader would take it for.
 
+use bus::message::Workflow;
+
 use super::facts::Notice;
 use super::gather::Gathered;
-use super::story::Stage;
+use super::organs;
 use crate::wire::schema::LIBRARY;
 
 /// All of them, the gravest first.
@@ -12,6 +14,9 @@ pub(super) fn notices(found: &Gathered, bytes: u64) -> Vec<Notice> {
     damage(found, bytes, &mut say);
     part(found, &mut say);
     kind(found, &mut say);
+    organs::notices(found)
+        .into_iter()
+        .for_each(|notice| say(notice.word, notice.words));
     confirmations(found, &mut say);
     contents(found, &mut say);
     notices
@@ -129,37 +134,41 @@ fn kind(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
 }
 
 fn confirmations(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
-    let navigated: Vec<&Stage> = found
-        .story
-        .stages
-        .listed
-        .iter()
-        .filter(|s| s.stage == "NAVIGATING")
-        .collect();
-    let ever = |word: &str| navigated.iter().any(|stage| stage.marks.contains(&word));
-    if found
-        .story
-        .stages
-        .listed
-        .iter()
-        .any(|stage| stage.marks.contains(&"RESEARCH"))
-    {
+    let navigated = found.story.navigated;
+    if found.story.is_research {
         say("RESEARCH", "Confirmations could be skipped in this run.".to_owned());
     }
-    if ever("NOT CHECKED") {
-        say(
+    let said = [
+        (
+            navigated.ever(Workflow::NOT_CHECKED),
             "NOT CHECKED",
-            "The run navigated on a registration that no check had passed.".to_owned(),
-        );
-    }
-    if navigated
-        .iter()
-        .any(|stage| !stage.marks.contains(&"identity confirmed"))
-    {
-        say(
+            "The run navigated on a registration that no check had passed.",
+        ),
+        (
+            navigated.ever(Workflow::CHECK_FAILED),
+            "CHECK FAILED",
+            "The run navigated on a registration whose check had failed.",
+        ),
+        (
+            navigated.ever(Workflow::BUMPED),
+            "MARKER PUSHED",
+            "The run navigated though the marker on the patient had been pushed.",
+        ),
+        (
+            navigated.ever(Workflow::REJECTED),
+            "IDENTITY REJECTED",
+            "The run navigated though somebody had said that the examination is another patient's.",
+        ),
+        (
+            navigated.ever_without(Workflow::CONFIRMED),
             "IDENTITY NOT CONFIRMED",
-            "The run navigated without anybody's word that the examination is the patient's.".to_owned(),
-        );
+            "The run navigated without anybody's word that the examination is the patient's.",
+        ),
+    ];
+    for (holds, word, words) in said {
+        if holds {
+            say(word, words.to_owned());
+        }
     }
 }
 

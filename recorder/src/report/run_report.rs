@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use bus::message::TissueShown;
 use serde::{Deserialize, Serialize};
 
 use super::short::short;
@@ -23,6 +24,7 @@ pub(super) struct RunReport {
     pub(super) replay: Option<Replay>,
     pub(super) poses: Option<Poses>,
     pub(super) accuracy: Option<Accuracy>,
+    pub(super) tissue: Option<Tissue>,
     pub(super) latency_ms: BTreeMap<String, Latency>,
     pub(super) views: Vec<View>,
     pub(super) restarts: Vec<Restart>,
@@ -68,6 +70,18 @@ pub(super) struct Poses {
 pub(super) struct Accuracy {
     pub(super) outside_share: Option<f64>,
     pub(super) poses_with_outliers: u64,
+}
+
+/// What images showed of organs that the tube moves.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub(super) struct Tissue {
+    /// First images of poses, by [`bus::message::TissueShown::word`].
+    pub(super) images: BTreeMap<String, u64>,
+    pub(super) unmarked: u64,
+    pub(super) covered_twice: u64,
+    /// First images of poses that the model refused, by its words.
+    pub(super) refused_because: BTreeMap<String, u64>,
 }
 
 /// One stage of a pose's way to the pixels, ms.
@@ -119,6 +133,14 @@ impl RunReport {
             replay.recording = last_name(&replay.recording);
         }
         report.recording = report.recording.iter().map(|path| last_name(path)).collect();
+        if let Some(tissue) = &mut report.tissue {
+            let reasons = std::mem::take(&mut tissue.refused_because).into_iter();
+            tissue.refused_because = reasons.map(|(why, n)| (short(&why), n)).collect();
+            // Words that no image has say nothing that could be counted.
+            tissue
+                .images
+                .retain(|word, _| TissueShown::ALL.iter().any(|shown| shown.word() == word));
+        }
         for words in report.problems.iter_mut().chain(&mut report.notes) {
             *words = short(words);
         }

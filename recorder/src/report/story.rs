@@ -20,6 +20,8 @@ const CHECK: &str = "check ";
 const VERDICTS: [&str; 3] = ["passed", "FAILED", "does not hold"];
 /// The word for a stage of a later version.
 const UNKNOWN_STAGE: &str = "unknown stage";
+/// The word of the stage at which a run navigates.
+const NAVIGATING: &str = "NAVIGATING";
 /// Who says all three.
 const PILOT: &str = "pilot";
 
@@ -59,6 +61,37 @@ pub(super) struct Stage {
     pub(super) marks: Vec<&'static str>,
     /// See [`Workflow::flags`].
     pub(super) flags: u32,
+}
+
+/// What held while the run was NAVIGATING, of all its changes, of which only the first are listed.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Navigated {
+    /// The run was there at all.
+    pub(super) is_reached: bool,
+    /// Flags that were ever set there.
+    ever: u32,
+    /// Flags that were ever missing there.
+    missed: u32,
+}
+
+impl Navigated {
+    /// Whether a flag of the workflow was ever set.
+    pub(super) const fn ever(self, flag: u32) -> bool {
+        self.ever & flag != 0
+    }
+
+    /// Whether it was ever not set.
+    pub(super) const fn ever_without(self, flag: u32) -> bool {
+        self.missed & flag != 0
+    }
+
+    fn take(&mut self, workflow: &Workflow) {
+        if workflow.stage().is_some_and(|stage| stage.word() == NAVIGATING) {
+            self.is_reached = true;
+            self.ever |= workflow.flags;
+            self.missed |= !workflow.flags;
+        }
+    }
 }
 
 /// A process that was started anew.
@@ -154,6 +187,11 @@ pub(super) struct Story {
     #[serde(skip)]
     newest: (Option<Choice>, Option<Stage>),
     #[serde(skip)]
+    pub(super) navigated: Navigated,
+    /// Confirmations could be skipped, at whatever stage.
+    #[serde(skip)]
+    pub(super) is_research: bool,
+    #[serde(skip)]
     pub(super) stage_times: StageTimes,
 }
 
@@ -183,6 +221,8 @@ impl Story {
 
     /// How far the run has come, written down at `t_ns`.
     pub(super) fn workflow(&mut self, t_ns: i64, workflow: Workflow) {
+        self.navigated.take(&workflow);
+        self.is_research |= workflow.has(Workflow::RESEARCH);
         let stage = Stage {
             t_ns,
             stage: workflow.stage().map_or(UNKNOWN_STAGE, |stage| stage.word()).to_owned(),

@@ -12,8 +12,10 @@ use crate::wire::proto::{self, CompressedImage, Log};
 use crate::wire::schema::Source;
 use crate::write::pose_log::{Entry, PoseLog};
 
+mod organs;
 mod refused;
 mod timeline;
+mod workflow;
 
 type Written = PoseLog<io::Cursor<Vec<u8>>>;
 
@@ -360,7 +362,8 @@ fn whatever_a_file_says_is_read_as_text() {
         .unwrap();
     let problems = serde_json::json!({"scene": EVIL, "problems": [EVIL], "notes": [EVIL], "held": [EVIL],
         "views": [{"name": EVIL}], "restarts": [{"process": EVIL, "cause": EVIL}], "latency_ms": {EVIL: {"p50": 1.0}},
-        "volume": {"hash": EVIL, "marks": EVIL}});
+        "volume": {"hash": EVIL, "marks": EVIL},
+        "tissue": {"images": {EVIL: 3}, "refused_because": {EVIL: 1}}});
     log.attach("report.json", "application/json", problems.to_string().as_bytes(), 0)
         .unwrap();
     poses(&mut log, 0..10, |_| None);

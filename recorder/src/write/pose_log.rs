@@ -170,6 +170,11 @@ pub(crate) trait Take {
     fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
         self.put(now_ns, Entry::Guide(now_ns, guide));
     }
+
+    /// Takes how far the run has come.
+    fn workflow(&mut self, now_ns: i64, workflow: &proto::Workflow) {
+        self.put(now_ns, Entry::Workflow(workflow));
+    }
 }
 
 /// Poses and frames of the localizer that were taken but are not in a closed chunk yet.

@@ -235,6 +235,9 @@ impl Series {
         if let Some((written_ns, _)) = &mut self.content.guide {
             *written_ns = now_ns;
         }
+        if let Some(workflow) = &mut self.content.workflow {
+            workflow.t_ns = now_ns;
+        }
         if let Some(mesh) = &mut self.content.mesh {
             mesh.t_ns = now_ns;
         }
@@ -427,6 +430,12 @@ impl Take for Series {
     fn guide(&mut self, now_ns: i64, guide: &proto::Guide) {
         self.content.guide = Some((now_ns, guide.clone()));
         self.take(now_ns, Entry::Guide(now_ns, guide));
+    }
+
+    /// In this file and in front of those to come.
+    fn workflow(&mut self, now_ns: i64, workflow: &proto::Workflow) {
+        self.content.workflow = Some(workflow.clone());
+        self.take(now_ns, Entry::Workflow(workflow));
     }
 }
 

@@ -38,6 +38,8 @@ pub struct Content {
     pub identity: Option<Identity>,
     /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
     pub guide: Option<(i64, proto::Guide)>,
+    /// How far the run had come when the file began.
+    pub workflow: Option<proto::Workflow>,
     /// The organs at rest that the states of the file are of.
     pub mesh: Option<proto::TissueMesh>,
 }
@@ -54,6 +56,7 @@ impl Content {
             is_named: false,
             identity: None,
             guide: None,
+            workflow: None,
             mesh: None,
         }
     }
@@ -126,6 +129,9 @@ impl SessionFile {
             }
             if let Some((now_ns, guide)) = &content.guide {
                 log.put(Entry::Guide(*now_ns, guide))?;
+            }
+            if let Some(workflow) = &content.workflow {
+                log.put(Entry::Workflow(workflow))?;
             }
             if let Some(mesh) = &content.mesh {
                 log.put(Entry::TissueMesh(mesh))?;

@@ -1,5 +1,7 @@
 //! What the session rests on: examination, registration, calibrations, instrument, and which stages the run came through.
 
+use bus::message::Workflow;
+
 use super::escape::{own, text};
 use super::table::{more, pairs, paragraph, table};
 use super::units::{bytes, length, moment, number};
@@ -129,34 +131,20 @@ fn stages(facts: &Facts) -> String {
 
 /// What was skipped on the way.
 fn reached(facts: &Facts) -> String {
-    let ever = |stage: &str| facts.story.stages.listed.iter().any(|s| s.stage == stage);
-    if !ever("NAVIGATING") {
+    let navigated = facts.story.navigated;
+    if !navigated.is_reached {
         return paragraph("The run never reached NAVIGATING in this recording.");
     }
-    let marked = |word: &str| {
-        facts
-            .story
-            .stages
-            .listed
-            .iter()
-            .filter(|s| s.stage == "NAVIGATING")
-            .any(|s| s.marks.contains(&word))
-    };
-    let unmarked = |word: &str| {
-        facts
-            .story
-            .stages
-            .listed
-            .iter()
-            .filter(|s| s.stage == "NAVIGATING")
-            .any(|s| !s.marks.contains(&word))
-    };
-    let identity = if unmarked("identity confirmed") {
+    let identity = if navigated.ever(Workflow::REJECTED) {
+        "REJECTED by a person for some or all of the navigation"
+    } else if navigated.ever_without(Workflow::CONFIRMED) {
         "skipped for some or all of the navigation"
     } else {
         "confirmed by a person"
     };
-    let check = if marked("NOT CHECKED") {
+    let check = if navigated.ever(Workflow::CHECK_FAILED | Workflow::BUMPED) {
+        "FAILED for some or all of the navigation"
+    } else if navigated.ever(Workflow::NOT_CHECKED) {
         "NOT CHECKED for some or all of the navigation"
     } else {
         "passed"

@@ -94,7 +94,7 @@ impl Watch {
         }
         for _ in 0..EVENTS {
             let Some(workflow) = self.workflows.next()? else { break };
-            series.put(now_ns, Entry::Workflow(&proto::Workflow::from(&workflow)));
+            series.workflow(now_ns, &proto::Workflow::from(&workflow));
         }
         Ok(())
     }

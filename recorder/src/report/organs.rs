@@ -1,0 +1,126 @@
+//! What a recording holds of organs that a model moved: its states, and by the run's own report the images that showed them.
+
+use std::collections::BTreeMap;
+
+use bus::message::{TissueShown, TissueState};
+use serde::Serialize;
+
+use super::facts::Notice;
+use super::gather::Gathered;
+use super::run_report::Tissue;
+use crate::read::organs::MOST_TOLERANCE;
+use crate::wire::proto::TissueFrame;
+
+/// The states so far.
+#[derive(Debug, Default)]
+pub(super) struct Organs {
+    states: BTreeMap<&'static str, u64>,
+    largest: Option<Force>,
+}
+
+/// What tissue did to the tube.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Force {
+    /// The capture of its pose, ns.
+    pub(super) t_ns: i64,
+    /// Its size, N, by the model.
+    pub(super) newton: f64,
+}
+
+/// What is told of organs. Empty where the scene moves none.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct OrganFacts {
+    /// Recorded states, by how far they came.
+    pub(super) states: BTreeMap<&'static str, u64>,
+    /// The largest force on the tube among settled ones; `null`: there is none.
+    pub(super) largest_force: Option<Force>,
+}
+
+impl Organs {
+    /// Takes a state; why it is none, in words.
+    pub(super) fn take(&mut self, state: &TissueFrame) -> Result<(), String> {
+        let header = &state.header;
+        // What its own certificate denies is no state: no image was drawn by it.
+        let found = header.certified(MOST_TOLERANCE).map_err(|error| error.to_string())?;
+        *self.states.entry(found.word()).or_default() += 1;
+        let [x, y, z] = header.force;
+        let newton = x.hypot(y).hypot(z);
+        let is_more = self.largest.is_none_or(|largest| newton > largest.newton);
+        if found == TissueState::Settled && is_more {
+            let t_ns = header.t_capture_ns;
+            self.largest = Some(Force { t_ns, newton });
+        }
+        Ok(())
+    }
+
+    /// What came of it.
+    pub(super) fn finish(self) -> OrganFacts {
+        OrganFacts {
+            states: self.states,
+            largest_force: self.largest,
+        }
+    }
+
+    fn count(&self, state: TissueState) -> u64 {
+        self.states.get(state.word()).copied().unwrap_or(0)
+    }
+}
+
+impl Tissue {
+    /// First images of poses that showed this.
+    pub(super) fn count(&self, shown: TissueShown) -> u64 {
+        self.images.get(shown.word()).copied().unwrap_or(0)
+    }
+
+    /// All first images of poses.
+    fn all(&self) -> u64 {
+        self.images.values().fold(0, |sum: u64, n| sum.saturating_add(*n))
+    }
+
+    /// First images of poses with organs where a model had them.
+    fn moved(&self) -> u64 {
+        self.count(TissueShown::Settled)
+            .saturating_add(self.count(TissueShown::Approximate))
+    }
+}
+
+/// Images that a model had a part in say so; whoever reads of a session must know it too.
+pub(super) fn notices(found: &Gathered) -> Vec<Notice> {
+    let is_planned = found.basis.scene_facts().is_some_and(|scene| scene.moves_organs);
+    let reported = found.basis.run_report().and_then(|report| report.tissue.as_ref());
+    // Counts that are not there, or are of words that this version does not know, are no counts of 0.
+    let reported = reported.filter(|tissue| !tissue.images.is_empty());
+    if !is_planned && reported.is_none() && found.organs.states.is_empty() {
+        return Vec::new();
+    }
+    let mut words = "Images could show organs where a model had them, moved by the tube: such a place was computed, \
+                     and nobody saw it. "
+        .to_owned();
+    let mut notices = Vec::new();
+    match reported {
+        Some(tissue) => {
+            let (moved, all) = (tissue.moved(), tissue.all());
+            words += &format!(
+                "Of {all} first images of a pose {moved} did, {} of them by a state that had not settled; the others showed \
+                 organs at rest, or none.",
+                tissue.count(TissueShown::Approximate)
+            );
+            if tissue.covered_twice > 0 {
+                let words = format!(
+                    "On {} images tissue lay over itself, which no tissue does.",
+                    tissue.covered_twice
+                );
+                let word = "TISSUE COVERED TWICE";
+                notices.push(Notice { word, words });
+            }
+        }
+        None => {
+            words += &format!(
+                "How many images did is not known: the run's own report does not say. {} settled states are recorded.",
+                found.organs.count(TissueState::Settled)
+            );
+        }
+    }
+    notices.insert(0, Notice { word: "MODEL", words });
+    notices
+}
