@@ -51,7 +51,8 @@ fn bad_headers() -> Vec<Case> {
         "rgb.nii": h().i16(70, 128).i16(72, 24) => "datatype 128 | expected an integer";
         "nowhere.nii": h().i16(254, 0) => "no orientation | which side is left";
         "point.nii": h().f32(300, 0.0) => "spacing along axis 1 is 0 mm | 0.001 to 100 mm";
-        "metres.nii": h().f32(280, 2e4) => "spacing along axis 0 is 20000 mm | 0.001 to 100 mm";
+        "metres.nii": h().f32(280, 2e4).f32(80, 2e4) => "spacing along axis 0 is 20000 mm | 0.001 to 100 mm";
+        "two-steps.nii": h().f32(88, 5.0) => "the sform steps by 20 along axis k of the voxels and pixdim says 5";
         "nan.nii": h().f32(320, f32::NAN) => "NaN or an infinity";
         "infinite.nii": h().f32(292, f32::INFINITY) => "NaN or an infinity";
         "sheet.nii": h().f32(284, 20.0).f32(300, 0.0) => "nearly in one plane | 0.17";

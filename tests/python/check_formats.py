@@ -117,7 +117,8 @@ def ours(program, folder, seen):
         source = folder / f"{name}-source.nrrd"
         sitk.WriteImage(picture, str(source))
         for ending, flags in itertools.product((".nrrd", ".nhdr", ".mha", ".mhd"), ((), ("--compress",))):
-            target = convert(program, source, folder / f"ours{ending}", *flags)
+            # Two headers of one name would share their voxels, which is refused.
+            target = convert(program, source, folder / f"ours-{ending[1:]}{ending}", *flags)
             seen.with_sitk(picture, target)
             if ending in (".nrrd", ".nhdr"):
                 seen.with_pynrrd(picture, target)

@@ -34,6 +34,12 @@ pub enum Fault {
         /// Bytes between the start of the record and the end of the file.
         found: u64,
     },
+    /// More lies behind the end of a whole file.
+    #[error("the file goes on behind its end by {found} bytes, which are not read: another recording, or none")]
+    Behind {
+        /// Bytes behind the end.
+        found: u64,
+    },
     /// A record cannot be read.
     #[error("damaged {record}: {source}")]
     Record {

@@ -61,7 +61,7 @@ impl<R: Read> FileRecords<R> {
         self.at
     }
 
-    /// The next record; `None` behind the end of a whole file.
+    /// The next record; `None` at the end of a whole file.
     pub(crate) fn next(&mut self) -> Result<Option<RawRecord>, Fault> {
         while let Some(event) = self.reader.next_event() {
             match event {
@@ -77,7 +77,10 @@ impl<R: Read> FileRecords<R> {
                 Err(error) => return Err(Fault::Framing(error)),
             }
         }
-        Ok(None)
+        match self.length.saturating_sub(self.at + MAGIC.len() as u64) {
+            0 => Ok(None),
+            found => Err(Fault::Behind { found }),
+        }
     }
 
     fn ending(&self) -> Fault {

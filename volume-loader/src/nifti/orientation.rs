@@ -146,8 +146,8 @@ fn steps_agree(fields: &Fields) -> Result<(), HeaderError> {
     for axis in 0..3 {
         let pixdim = fields.pixdim[axis + 1];
         let step = fields.srow.iter().map(|row| row[axis] * row[axis]).sum::<f64>().sqrt();
-        // One of 0 says nothing, and a step that is no number is refused with the grid.
-        if step.is_finite() && pixdim != 0.0 && !((pixdim - step).abs() <= STEPS * step) {
+        // One of 0 says nothing, and a step of 0 or that is no number is refused with the grid.
+        if step > 0.0 && step.is_finite() && pixdim != 0.0 && !((pixdim - step).abs() <= STEPS * step) {
             return Err(HeaderError::Steps { axis, step, pixdim });
         }
     }

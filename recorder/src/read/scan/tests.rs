@@ -51,6 +51,23 @@ fn a_finished_file_is_whole() {
     assert!(damage.is_empty(), "{damage:?}");
 }
 
+/// Two recordings one behind the other were one that is whole.
+#[test]
+fn what_lies_behind_the_end_is_told() {
+    let whole = testing::finished(2, 3);
+    for more in [&[0][..], &[0; 5000], &whole] {
+        let bytes = [&whole[..], more].concat();
+        let damage: Vec<Damage> = Scan::new(&bytes[..], bytes.len() as u64)
+            .filter_map(Result::err)
+            .collect();
+        let found = more.len() as u64;
+        assert!(
+            matches!(&damage[..], [Damage { fault: Fault::Behind { found: told }, stops: true, .. }] if *told == found),
+            "{damage:?}"
+        );
+    }
+}
+
 #[test]
 fn an_unfinished_file_says_so_at_its_end() {
     let bytes = testing::unfinished(CHUNKS, PER_CHUNK);
