@@ -1,10 +1,9 @@
 //! What stands at the top of a report: whatever makes less of it than a reader would take it for.
 
-use bus::message::Workflow;
+use bus::message::{TissueShown, TissueState, Workflow};
 
 use super::facts::Notice;
 use super::gather::Gathered;
-use super::organs;
 use crate::wire::schema::LIBRARY;
 
 /// All of them, the gravest first.
@@ -14,9 +13,7 @@ pub(super) fn notices(found: &Gathered, bytes: u64) -> Vec<Notice> {
     damage(found, bytes, &mut say);
     part(found, &mut say);
     kind(found, &mut say);
-    organs::notices(found)
-        .into_iter()
-        .for_each(|notice| say(notice.word, notice.words));
+    model(found, &mut say);
     confirmations(found, &mut say);
     contents(found, &mut say);
     notices
@@ -215,5 +212,42 @@ fn contents(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
             );
         }
         Some(Ok(_)) => {}
+    }
+}
+
+/// Images that a model had a part in say so; whoever reads of a session must know it too.
+fn model(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
+    let is_planned = found.basis.scene_facts().is_some_and(|scene| scene.moves_organs);
+    let reported = found.basis.run_report().and_then(|report| report.tissue.as_ref());
+    // Counts that are not there, or are of words that this version does not know, are no counts of 0.
+    let reported = reported.filter(|tissue| !tissue.images.is_empty());
+    if !is_planned && reported.is_none() && found.organs.states.is_empty() {
+        return;
+    }
+    let mut words = "Images could show organs where a model had them, moved by the tube: such a place was computed, \
+                     and nobody saw it. "
+        .to_owned();
+    let mut twice = None;
+    match reported {
+        Some(tissue) => {
+            let (moved, all) = (tissue.moved(), tissue.all());
+            words += &format!(
+                "Of {all} first images of a pose {moved} did, {} of them by a state that had not settled; the others showed \
+                 organs at rest, or none.",
+                tissue.count(TissueShown::Approximate)
+            );
+            let images = tissue.covered_twice;
+            twice = (images > 0).then(|| format!("On {images} images tissue lay over itself, which no tissue does."));
+        }
+        None => {
+            words += &format!(
+                "How many images did is not known: the run's own report does not say. {} settled states are recorded.",
+                found.organs.count(TissueState::Settled)
+            );
+        }
+    }
+    say("MODEL", words);
+    if let Some(words) = twice {
+        say("TISSUE COVERED TWICE", words);
     }
 }

@@ -5,8 +5,6 @@ use std::collections::BTreeMap;
 use bus::message::{TissueShown, TissueState};
 use serde::Serialize;
 
-use super::facts::Notice;
-use super::gather::Gathered;
 use super::run_report::Tissue;
 use crate::read::organs::MOST_TOLERANCE;
 use crate::wire::proto::TissueFrame;
@@ -14,7 +12,7 @@ use crate::wire::proto::TissueFrame;
 /// The states so far.
 #[derive(Debug, Default)]
 pub(super) struct Organs {
-    states: BTreeMap<&'static str, u64>,
+    pub(super) states: BTreeMap<&'static str, u64>,
     largest: Option<Force>,
 }
 
@@ -61,7 +59,8 @@ impl Organs {
         }
     }
 
-    fn count(&self, state: TissueState) -> u64 {
+    /// States that came so far.
+    pub(super) fn count(&self, state: TissueState) -> u64 {
         self.states.get(state.word()).copied().unwrap_or(0)
     }
 }
@@ -73,54 +72,13 @@ impl Tissue {
     }
 
     /// All first images of poses.
-    fn all(&self) -> u64 {
+    pub(super) fn all(&self) -> u64 {
         self.images.values().fold(0, |sum: u64, n| sum.saturating_add(*n))
     }
 
     /// First images of poses with organs where a model had them.
-    fn moved(&self) -> u64 {
+    pub(super) fn moved(&self) -> u64 {
         self.count(TissueShown::Settled)
             .saturating_add(self.count(TissueShown::Approximate))
     }
-}
-
-/// Images that a model had a part in say so; whoever reads of a session must know it too.
-pub(super) fn notices(found: &Gathered) -> Vec<Notice> {
-    let is_planned = found.basis.scene_facts().is_some_and(|scene| scene.moves_organs);
-    let reported = found.basis.run_report().and_then(|report| report.tissue.as_ref());
-    // Counts that are not there, or are of words that this version does not know, are no counts of 0.
-    let reported = reported.filter(|tissue| !tissue.images.is_empty());
-    if !is_planned && reported.is_none() && found.organs.states.is_empty() {
-        return Vec::new();
-    }
-    let mut words = "Images could show organs where a model had them, moved by the tube: such a place was computed, \
-                     and nobody saw it. "
-        .to_owned();
-    let mut notices = Vec::new();
-    match reported {
-        Some(tissue) => {
-            let (moved, all) = (tissue.moved(), tissue.all());
-            words += &format!(
-                "Of {all} first images of a pose {moved} did, {} of them by a state that had not settled; the others showed \
-                 organs at rest, or none.",
-                tissue.count(TissueShown::Approximate)
-            );
-            if tissue.covered_twice > 0 {
-                let words = format!(
-                    "On {} images tissue lay over itself, which no tissue does.",
-                    tissue.covered_twice
-                );
-                let word = "TISSUE COVERED TWICE";
-                notices.push(Notice { word, words });
-            }
-        }
-        None => {
-            words += &format!(
-                "How many images did is not known: the run's own report does not say. {} settled states are recorded.",
-                found.organs.count(TissueState::Settled)
-            );
-        }
-    }
-    notices.insert(0, Notice { word: "MODEL", words });
-    notices
 }

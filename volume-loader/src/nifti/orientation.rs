@@ -147,7 +147,10 @@ fn steps_agree(fields: &Fields) -> Result<(), HeaderError> {
         let pixdim = fields.pixdim[axis + 1];
         let step = fields.srow.iter().map(|row| row[axis] * row[axis]).sum::<f64>().sqrt();
         // One of 0 says nothing, and a step of 0 or that is no number is refused with the grid.
-        if step > 0.0 && step.is_finite() && pixdim != 0.0 && !((pixdim - step).abs() <= STEPS * step) {
+        let is_told = step > 0.0 && step.is_finite() && pixdim != 0.0;
+        // Not true of what is no number.
+        let agrees = (pixdim - step).abs() <= STEPS * step;
+        if is_told && !agrees {
             return Err(HeaderError::Steps { axis, step, pixdim });
         }
     }

@@ -88,6 +88,7 @@ impl Spline {
         };
         let first = place.map(|(first, _)| first);
         let [x, y, z] = [0, 1, 2].map(|axis| self.within(axis, first[axis]));
+        // Almost every place is inside, where rows are four numbers side by side and no index needs to be held to the grid.
         let fits = |axis: usize| first[axis] >= 0 && first[axis] + 3 < self.size[axis] as i64;
         if fits(0) && fits(1) && fits(2) {
             for k in 0..4 {
