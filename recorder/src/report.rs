@@ -14,6 +14,7 @@ mod hashed;
 mod html;
 mod localizer;
 mod marks;
+mod navigated;
 mod notices;
 mod organs;
 mod output;

@@ -10,10 +10,11 @@ use mcap::records::Metadata;
 use scene::{Scene, TrackerSource};
 use serde::Serialize;
 
-use super::run_report::{self, RunReport, last_name};
+use super::run_report::{self, RunReport, Tissue, last_name};
 use super::short::{List, short};
 use crate::edit::cut::CUT;
 use crate::edit::import::IMPORTED;
+use crate::read::organs::MOST_TOLERANCE;
 use crate::wire::schema::{RUN, SCENE};
 use crate::write::beside::MAX_BYTES;
 use crate::write::record::Progress;
@@ -78,6 +79,9 @@ pub(super) struct SceneFacts {
     pub(super) lost_ms: f64,
     #[serde(skip)]
     pub(super) limits: Limits,
+    /// Of settled states ([`bus::message::TissueHeader::certified`]).
+    #[serde(skip)]
+    tissue_tolerance: Option<f64>,
 }
 
 /// An attached file.
@@ -136,6 +140,25 @@ impl Basis {
         self.scene.as_ref()?.as_ref().ok()
     }
 
+    /// Whether images of the run could show organs where a model had them, by the scene or by the run's report.
+    pub(super) fn moves_organs(&self) -> bool {
+        self.scene_facts().is_some_and(|scene| scene.moves_organs) || self.images_of_organs().is_some()
+    }
+
+    /// What images showed of organs, by the run's report. Counts that are not there, or of words that this version does not know, are no
+    /// counts of 0.
+    pub(super) fn images_of_organs(&self) -> Option<&Tissue> {
+        let tissue = self.run_report()?.tissue.as_ref()?;
+        (!tissue.images.is_empty()).then_some(tissue)
+    }
+
+    /// What settled states are held against: the scene's, or the most that any scene allows.
+    pub(super) fn tissue_tolerance(&self) -> f64 {
+        self.scene_facts()
+            .and_then(|scene| scene.tissue_tolerance)
+            .unwrap_or(MOST_TOLERANCE)
+    }
+
     /// A number that the recorder said at its end.
     pub(super) fn recorder_says(&self, key: &str) -> Option<u64> {
         self.recorder.get(key)?.parse().ok()
@@ -175,6 +198,7 @@ impl SceneFacts {
             stale_ms: bus::clock::ms(ages.stale_ns),
             lost_ms: bus::clock::ms(ages.lost_ns),
             limits: Limits::of(scene),
+            tissue_tolerance: scene.tissue.as_ref().map(|tissue| tissue.tolerance),
         }
     }
 }

@@ -176,7 +176,7 @@ impl Gathered {
 
     fn tissue(&mut self, message: &Message<'_>) -> Result<(), String> {
         let state: TissueFrame = reader::decode(message).map_err(|error| error.to_string())?;
-        self.organs.take(&state)
+        self.organs.take(&state, self.basis.tissue_tolerance())
     }
 
     fn decoded<T: reader::Recorded>(

@@ -217,18 +217,14 @@ fn contents(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
 
 /// Images that a model had a part in say so; whoever reads of a session must know it too.
 fn model(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
-    let is_planned = found.basis.scene_facts().is_some_and(|scene| scene.moves_organs);
-    let reported = found.basis.run_report().and_then(|report| report.tissue.as_ref());
-    // Counts that are not there, or are of words that this version does not know, are no counts of 0.
-    let reported = reported.filter(|tissue| !tissue.images.is_empty());
-    if !is_planned && reported.is_none() && found.organs.states.is_empty() {
+    if !found.basis.moves_organs() && found.organs.states.is_empty() {
         return;
     }
     let mut words = "Images could show organs where a model had them, moved by the tube: such a place was computed, \
                      and nobody saw it. "
         .to_owned();
     let mut twice = None;
-    match reported {
+    match found.basis.images_of_organs() {
         Some(tissue) => {
             let (moved, all) = (tissue.moved(), tissue.all());
             words += &format!(

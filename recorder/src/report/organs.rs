@@ -6,7 +6,6 @@ use bus::message::{TissueShown, TissueState};
 use serde::Serialize;
 
 use super::run_report::Tissue;
-use crate::read::organs::MOST_TOLERANCE;
 use crate::wire::proto::TissueFrame;
 
 /// The states so far.
@@ -35,11 +34,11 @@ pub(super) struct OrganFacts {
 }
 
 impl Organs {
-    /// Takes a state; why it is none, in words.
-    pub(super) fn take(&mut self, state: &TissueFrame) -> Result<(), String> {
+    /// Takes a state; why it is none, in words. Settled ones are held against `tolerance`.
+    pub(super) fn take(&mut self, state: &TissueFrame, tolerance: f64) -> Result<(), String> {
         let header = &state.header;
         // What its own certificate denies is no state: no image was drawn by it.
-        let found = header.certified(MOST_TOLERANCE).map_err(|error| error.to_string())?;
+        let found = header.certified(tolerance).map_err(|error| error.to_string())?;
         *self.states.entry(found.word()).or_default() += 1;
         let [x, y, z] = header.force;
         let newton = x.hypot(y).hypot(z);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use bus::message::{self, Workflow};
 use serde::Serialize;
 
+use super::navigated::Navigated;
 use super::short::{List, short};
 use super::stage_times::StageTimes;
 use crate::wire::proto::{Log, ProcessStatus};
@@ -20,8 +21,6 @@ const CHECK: &str = "check ";
 const VERDICTS: [&str; 3] = ["passed", "FAILED", "does not hold"];
 /// The word for a stage of a later version.
 const UNKNOWN_STAGE: &str = "unknown stage";
-/// The word of the stage at which a run navigates.
-const NAVIGATING: &str = "NAVIGATING";
 /// Who says all three.
 const PILOT: &str = "pilot";
 
@@ -61,37 +60,6 @@ pub(super) struct Stage {
     pub(super) marks: Vec<&'static str>,
     /// See [`Workflow::flags`].
     pub(super) flags: u32,
-}
-
-/// What held while the run was NAVIGATING, of all its changes, of which only the first are listed.
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Navigated {
-    /// The run was there at all.
-    pub(super) is_reached: bool,
-    /// Flags that were ever set there.
-    ever: u32,
-    /// Flags that were ever missing there.
-    missed: u32,
-}
-
-impl Navigated {
-    /// Whether a flag of the workflow was ever set.
-    pub(super) const fn ever(self, flag: u32) -> bool {
-        self.ever & flag != 0
-    }
-
-    /// Whether it was ever not set.
-    pub(super) const fn ever_without(self, flag: u32) -> bool {
-        self.missed & flag != 0
-    }
-
-    fn take(&mut self, workflow: &Workflow) {
-        if workflow.stage().is_some_and(|stage| stage.word() == NAVIGATING) {
-            self.is_reached = true;
-            self.ever |= workflow.flags;
-            self.missed |= !workflow.flags;
-        }
-    }
 }
 
 /// A process that was started anew.

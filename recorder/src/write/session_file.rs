@@ -38,7 +38,7 @@ pub struct Content {
     pub identity: Option<Identity>,
     /// What was chosen last before the file began, and when the file began, ns; `None`: nothing that is known.
     pub guide: Option<(i64, proto::Guide)>,
-    /// How far the run had come when the file began.
+    /// How far the run had come when the file began, with that time.
     pub workflow: Option<proto::Workflow>,
     /// The organs at rest that the states of the file are of.
     pub mesh: Option<proto::TissueMesh>,

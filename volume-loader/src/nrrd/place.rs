@@ -77,10 +77,10 @@ fn by_spacings(fields: &Fields, dimension: usize, options: OpenOptions) -> Resul
     if let Some(origin) = fields.get("space origin") {
         return Err(origin.refuse("space directions beside it, or neither of them: the origin would be taken as 0"));
     }
-    if let Some(least) = fields
-        .get("axis mins")
-        .filter(|field| numbers(&field.text) != Some([0.0; 3]))
-    {
+    // NaN is how the format's library writes that it does not know.
+    let is_none =
+        |field: &Field| numbers::<f64, 3>(&field.text).is_some_and(|mins| mins.iter().all(|x| *x == 0.0 || x.is_nan()));
+    if let Some(least) = fields.get("axis mins").filter(|field| !is_none(field)) {
         return Err(least.refuse("0 0 0, or none: the origin would be taken as 0"));
     }
     let expected = "three positive numbers";

@@ -10,17 +10,12 @@ use crate::report::run_report::Tissue;
 
 /// The section; empty where nothing moved organs.
 pub(super) fn section(facts: &Facts) -> String {
-    let report = facts.basis.run_report();
-    let tissue = report
-        .and_then(|report| report.tissue.as_ref())
-        .filter(|tissue| !tissue.images.is_empty());
     let organs = &facts.organs;
-    let is_planned = facts.basis.scene_facts().is_some_and(|scene| scene.moves_organs);
-    if !is_planned && tissue.is_none() && organs.states.is_empty() {
+    if !facts.basis.moves_organs() && organs.states.is_empty() {
         return String::new();
     }
     let mut page = String::from("<section>\n<h2>Organs that the tube moves, by a model</h2>\n");
-    page += &match tissue {
+    page += &match facts.basis.images_of_organs() {
         Some(tissue) => images(tissue),
         None => paragraph("What images showed is <strong>not known</strong>: the run's own report does not say."),
     };

@@ -5,7 +5,9 @@ use bus::message::{TissueHeader, TissueState};
 use super::*;
 use crate::wire::proto::TissueFrame;
 
-const MOVES: &str = "seed = 5\n[tissue]\norgans = \"o.toml\"\n";
+const MOVES: &str = "seed = 5\n[tissue]\norgans = \"o.toml\"\ntolerance = 0.02\n";
+/// Free forces over those of contact, of every state.
+const RESIDUAL: f64 = 0.01;
 const REPORT: &str = r#"{"tissue": {"images": {"settled": 5, "approximate": 2, "late": 1, "refused": 3, "of a later version": 90},
     "covered_twice": 4, "refused_because": {"draw it back <b>": 3}}}"#;
 
@@ -22,6 +24,7 @@ fn recorded(scene: &str, report: Option<&str>, states: &[(u32, f64)]) -> Rig {
             t_capture_ns: testing::pose(seq).t_capture_ns,
             state: *state,
             least_determinant: 0.4,
+            residual: RESIDUAL,
             force: [0.6 * newton, 0.0, -0.8 * newton],
             ..TissueHeader::default()
         };
@@ -104,6 +107,13 @@ fn a_run_without_organs_is_told_nothing_of_them_and_a_state_that_is_none_is_unre
         (&facts["damage"]["unreadable"], &facts["organs"]["states"]["settled"]),
         (&1.into(), &1.into())
     );
+    // The scene's tolerance counts, and not what any scene may have: its residual is 0.01.
+    let states = [(TissueState::Settled.code(), 1.0)];
+    for (tolerance, settled) in [("0.001", Value::Null), ("0.02", 1.into())] {
+        let scene = MOVES.replace("0.02", tolerance);
+        let (_, facts) = recorded(&scene, None, &states).said();
+        assert_eq!(facts["organs"]["states"]["settled"], settled, "{scene}");
+    }
     let (_, facts) = recorded(MOVES, None, &[(99, 0.5)]).said();
     assert_eq!(facts["damage"]["unreadable"], 1);
     assert!(

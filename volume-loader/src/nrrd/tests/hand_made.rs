@@ -242,6 +242,8 @@ fn an_assumed_orientation_is_said() {
     // What the file says is not overruled.
     let (found, about) = rows(&["space: RAS"], ASSUMED);
     assert!(found[0][0] == -1.0 && !about.contains("NO ORIENTATION"), "{about}");
+    let unknown = [&plain[..], &["axis mins: NaN NaN NaN"]].concat();
+    assert_eq!(rows(&unknown, ASSUMED).0, want);
     // A file that said RAS, or where its origin is, was turned half round, or put at 0.
     let without = ["space directions:", "space origin:", "spacings: 1 2 3"];
     for (more, field) in [

@@ -3,7 +3,9 @@
 use bus::message::Guide;
 
 use super::*;
+use crate::read::scan::Item;
 use crate::read::seek::Session;
+use crate::wire::schema::WORKFLOW;
 
 fn guide(t_ns: i64, plan_id: u64) -> proto::Guide {
     proto::Guide::from(&Guide {
@@ -37,6 +39,52 @@ fn every_file_begins_with_what_was_chosen_last() {
     // A file is not as long as the session because of it.
     let span = Session::open(&rig.path("s.mcap")).unwrap().span_ns().unwrap();
     assert!(span.0 >= 4 * SECOND.unsigned_abs(), "{span:?}");
+}
+
+/// When and with which flags the workflow was written down.
+fn flags(path: &Path) -> Vec<(u64, u32)> {
+    let each = crate::read::scan::open(path)
+        .unwrap()
+        .filter_map(|item| match item.unwrap() {
+            Item::Message(message) if message.channel.topic == WORKFLOW => {
+                let workflow = <proto::Workflow as prost::Message>::decode(&*message.data).unwrap();
+                Some((message.log_time, workflow.flags))
+            }
+            _ => None,
+        });
+    each.collect()
+}
+
+/// Of a session in parts only the first said that it had navigated unchecked.
+#[test]
+fn every_file_begins_with_how_far_the_run_had_come() {
+    let spec = rotating(Duration::from_secs(2));
+    let mut rig = Rig::new(&spec, plenty);
+    let workflow = |t_ns: i64, flags: u32| proto::Workflow {
+        t_ns,
+        flags,
+        ..proto::Workflow::default()
+    };
+    rig.series.workflow(0, &workflow(0, 1));
+    rig.record(3);
+    rig.series.workflow(rig.now_ns, &workflow(rig.now_ns, 2));
+    rig.record(3);
+    let now_ns = rig.now_ns;
+    let series = std::mem::replace(&mut rig.series, Rig::new(&spec, plenty).series);
+    series.finish(now_ns, &no_facts()).unwrap();
+    assert_eq!(flags(&rig.path("s.1.mcap")), [(0, 1)]);
+    let second = flags(&rig.path("s.2.mcap"));
+    assert_eq!(second.iter().map(|one| one.1).collect::<Vec<_>>(), [1, 2]);
+    // Said again when the file begins, and no earlier: its report would count the time before.
+    assert!(
+        second[0].0 >= 2 * SECOND.unsigned_abs() && second[1].0 == 3 * SECOND.unsigned_abs(),
+        "{second:?}"
+    );
+    let third = flags(&rig.path("s.mcap"));
+    assert!(
+        third.len() == 1 && third[0].1 == 2 && third[0].0 >= 4 * SECOND.unsigned_abs(),
+        "{third:?}"
+    );
 }
 
 #[test]

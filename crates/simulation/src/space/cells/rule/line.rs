@@ -50,7 +50,7 @@ pub(super) fn pieces(stops: &mut [f64], gauss: &[(f64, f64)]) -> Vec<(f64, f64)>
 /// A place, and the function's value there.
 type Valued = (f64, f64);
 
-/// Halving needs 55 values at most, and no function tried needs more than twice as many.
+/// Halving needs 55 values at most; the worst function tried, one of the ninth order, takes fewer than 130.
 const MOST_VALUES: u32 = 200;
 
 /// Where a function changes its sign between two places at which its signs differ, to the last digits of the places: a parabola through the
