@@ -228,7 +228,7 @@ fn model(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
         Some(tissue) => {
             let (moved, all) = (tissue.moved(), tissue.all());
             words += &format!(
-                "Of {all} first images of a pose {moved} did, {} of them by a state that had not settled; the others showed \
+                "Of {all} first images of a pose in the whole run {moved} did, {} of them by a state that had not settled; the others showed \
                  organs at rest, or none.",
                 tissue.count(TissueShown::Approximate)
             );

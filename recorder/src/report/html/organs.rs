@@ -59,7 +59,7 @@ fn images(tissue: &Tissue) -> String {
         ]
     };
     let mut page = table(
-        &["Image", "Organs", "First images of a pose"],
+        &["Image", "Organs", "First images of a pose, whole run"],
         &known.map(row).collect::<Vec<_>>(),
     )
     .unwrap_or_default();
@@ -76,6 +76,10 @@ fn images(tissue: &Tissue) -> String {
         .take(100)
         .map(|(why, n)| vec![own(why), n.to_string()])
         .collect();
-    page += &table(&["Why the model did not bear a pose", "First images"], &because).unwrap_or_default();
+    page += &table(
+        &["Why the model did not bear a pose", "First images, whole run"],
+        &because,
+    )
+    .unwrap_or_default();
     page + &more(tissue.refused_because.len().saturating_sub(100) as u64, "reasons")
 }

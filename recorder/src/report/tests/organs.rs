@@ -53,7 +53,8 @@ fn images_with_organs_moved_by_a_model_are_told_at_the_top_and_counted() {
     let (page, facts) = recorded(MOVES, Some(REPORT), &states).said();
     let model = said_of(&facts, "MODEL");
     assert!(
-        model.contains("Of 11 first images of a pose 7 did, 2 of them by a state that had not settled"),
+        model
+            .contains("Of 11 first images of a pose in the whole run 7 did, 2 of them by a state that had not settled"),
         "{model}"
     );
     assert!(said_of(&facts, "TISSUE COVERED TWICE").starts_with("On 4 images"));
