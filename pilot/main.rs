@@ -4,7 +4,10 @@ use pilot::cli::Depth;
 
 fn main() -> std::process::ExitCode {
     pilot::cli::main(pilot::cli::Hands {
-        load: volume_loader::load_seeded,
+        load: |spec, seed| {
+            let (volume, told) = volume_loader::load_told_seeded(spec, seed)?;
+            Ok((volume, told.warnings))
+        },
         load_labels: volume_loader::load_labels_seeded,
         label_names: |path| Ok(volume_loader::label_names(path)?),
         organs: |scene, depth| {

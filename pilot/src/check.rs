@@ -51,6 +51,7 @@ pub(crate) fn check(source: &Source, scene: &Scene, is_quick: bool, look: LookAt
         Ok(examination) => {
             faults.extend(place::faults(scene, examination));
             faults.extend(memory(examination));
+            lines.extend(examination.doubts());
         }
         Err(why) => faults.push(why.clone()),
     }

@@ -7,3 +7,4 @@ pub mod export;
 pub mod import;
 pub(crate) mod progress;
 pub mod recover;
+pub(crate) mod recovered;

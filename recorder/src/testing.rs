@@ -7,7 +7,7 @@ use geometry::{Ct, Rigid, Tool, Vector};
 use scene::Compression;
 
 use crate::wire::proto;
-use crate::wire::schema::{RunFacts, Source};
+use crate::wire::schema::{RunFacts, STATUS_CHANNEL, Source};
 use crate::write::pose_log::{Entry, PoseLog};
 
 /// The pose of sample `seq` at 60 Hz; every field differs from zero and from the others.
@@ -134,4 +134,50 @@ pub(crate) fn finished(chunks: u64, per_chunk: u64) -> Vec<u8> {
 /// The bytes of an unfinished file of such a log, as a kill leaves it right after a chunk.
 pub(crate) fn unfinished(chunks: u64, per_chunk: u64) -> Vec<u8> {
     log(chunks, per_chunk).abandon().into_inner()
+}
+
+/// A file with five poses in its last chunk but one and five states of processes in its last, and each chunk's list says that it
+/// holds the other's: the sums over the file are right.
+pub(crate) fn swapped_lists() -> Vec<u8> {
+    let mut log = log(2, 5);
+    (10..15).for_each(|seq| log.pose(Source::Tool, &pose(seq)).unwrap());
+    log.flush().unwrap();
+    for k in 0..5 {
+        let status = proto::ProcessStatus {
+            t_ns: pose(15 + k).t_capture_ns,
+            ..proto::ProcessStatus::default()
+        };
+        log.put(Entry::Status(&status)).unwrap();
+    }
+    let mut bytes = log.finish().unwrap().into_inner();
+    let [tool, status] = [Source::Tool.channel(), STATUS_CHANNEL];
+    let mut chunks = mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes;
+    chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
+    for (chunk, from, to) in chunks
+        .iter()
+        .rev()
+        .zip([(status, tool), (tool, status)])
+        .map(|(c, (f, t))| (c, f, t))
+    {
+        let list = chunk.message_index_offsets[&from];
+        let named = [&from.to_le_bytes()[..], &list.to_le_bytes()].concat();
+        let in_index = bytes.windows(10).rposition(|window| window == named).unwrap();
+        for at in [list as usize + 9, in_index] {
+            bytes[at..at + 2].copy_from_slice(&to.to_le_bytes());
+        }
+    }
+    sealed(bytes)
+}
+
+/// The file with right sums over its data and its index.
+pub(crate) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let footer = bytes.len() - mcap::MAGIC.len() - 20;
+    let start = u64::from_le_bytes(bytes[footer..footer + 8].try_into().unwrap()) as usize;
+    let data_end = start - (1 + 8 + 4);
+    for (from, sum_at) in [(0, data_end + 9), (start, footer + 16)] {
+        let end = if from == 0 { data_end } else { sum_at };
+        let sum = crc32fast::hash(&bytes[from..end]);
+        bytes[sum_at..sum_at + 4].copy_from_slice(&sum.to_le_bytes());
+    }
+    bytes
 }

@@ -16,6 +16,8 @@ mod calib_mesh;
 mod calib_pivot;
 mod calib_register;
 mod calib_sweep;
+#[path = "check/doubts.rs"]
+mod check_doubts;
 #[path = "check/organs.rs"]
 mod check_organs;
 mod configs;

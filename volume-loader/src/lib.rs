@@ -36,7 +36,9 @@ pub use fill::{Filled, fill};
 pub use load::names::{LabelNamesError, label_names};
 pub use load::segmentation::SegmentationError;
 pub use load::structure_set::{NamedPoint, StructureSet, StructureSetError, structure_set};
-pub use load::{Told, load, load_label_map, load_labels, load_labels_seeded, load_seeded, load_told, open};
+pub use load::{
+    Told, load, load_label_map, load_labels, load_labels_seeded, load_seeded, load_told, load_told_seeded, open,
+};
 pub use run::RunError;
 pub use write::WriteOptions;
 pub use write::error::WriteError;

@@ -199,7 +199,18 @@ pub struct Told {
 /// # Errors
 /// [`LoadError`].
 pub fn load_told(spec: &VolumeSpec) -> Result<(OwnedVolume, Told), Box<dyn std::error::Error + Send + Sync>> {
-    let mut source = open(spec, 1)?;
+    load_told_seeded(spec, 1)
+}
+
+/// As [`load_seeded`], with what is told of it.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_told_seeded(
+    spec: &VolumeSpec,
+    seed: u64,
+) -> Result<(OwnedVolume, Told), Box<dyn std::error::Error + Send + Sync>> {
+    let mut source = open(spec, seed)?;
     let facts = source.facts();
     let (volume, conversion) = counted(source.as_mut())?;
     let modality = facts.extra.get("modality").and_then(|word| word.as_str());

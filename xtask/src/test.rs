@@ -1,10 +1,15 @@
 //! Everything that must pass, and the part of it that is quick.
 
+use std::num::NonZero;
+
 use crate::failure::Failure;
 use crate::python::{self, INTERPRETER_VARIABLE};
 use crate::remote;
 use crate::shell::{cargo, run, say};
 use crate::steps::Steps;
+
+/// How many tests of an executable run at once, where it is set.
+const THREADS: &str = "RUST_TEST_THREADS";
 
 fn no_arguments(chore: &str, arguments: &[String]) -> Result<(), Failure> {
     let Some(first) = arguments.first() else { return Ok(()) };
@@ -52,6 +57,11 @@ pub(crate) fn test(arguments: &[String]) -> Result<(), Failure> {
     })?;
     let interpreter = steps.step("python", || Ok(python::prepare()))?;
     let mut tests = cargo(&["test", "--workspace"]);
+    // Tests that start processes wait for them most of their time: one more at a time than there are processors.
+    if std::env::var_os(THREADS).is_none() {
+        let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+        tests.env(THREADS, (processors + 1).to_string());
+    }
     let remark = match &interpreter {
         Ok(interpreter) => {
             tests.env(INTERPRETER_VARIABLE, interpreter);

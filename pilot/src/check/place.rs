@@ -19,6 +19,8 @@ pub(super) struct Examination {
     grid: VolumeGrid,
     /// Whether all of it is loaded as it is.
     is_whole: bool,
+    /// What is doubtful about it, by the loader's words.
+    warnings: Vec<String>,
 }
 
 /// What `volume-loader inspect --json` says of it. It says more.
@@ -26,6 +28,7 @@ pub(super) struct Examination {
 struct Place {
     dims: [u32; 3],
     ct_from_voxel: [[f64; 4]; 3],
+    warnings: Vec<String>,
 }
 
 impl Examination {
@@ -47,6 +50,7 @@ impl Examination {
                 .map(|grid| Self {
                     grid,
                     is_whole: is_whole(source),
+                    warnings: Vec::new(),
                 })
         })
     }
@@ -91,7 +95,15 @@ impl Examination {
         Ok(Self {
             grid,
             is_whole: is_whole(source),
+            warnings: place.warnings,
         })
+    }
+
+    /// What is doubtful about it, a line each.
+    pub(super) fn doubts(&self) -> impl Iterator<Item = String> {
+        self.warnings
+            .iter()
+            .map(|words| format!("warning: the examination: {words}"))
     }
 
     /// How many voxels are loaded, where that is all of them.

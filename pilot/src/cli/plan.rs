@@ -50,8 +50,8 @@ pub type NamedPlace = (String, [f64; 3]);
 /// Who reads volumes and moves organs: handed in by the binary, as this crate knows no formats of them and no model.
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
-    /// Reads an examination; the number is the generated patient's seed.
-    pub load: fn(&VolumeSpec, u64) -> Read<OwnedVolume>,
+    /// Reads an examination, with what is doubtful about it, a sentence each; the number is the generated patient's seed.
+    pub load: fn(&VolumeSpec, u64) -> Read<(OwnedVolume, Vec<String>)>,
     /// Reads a label map of an examination; the number is the generated patient's seed.
     pub load_labels: fn(&Path, &VolumeSpec, u64) -> Read<bus::volume::LabelMap>,
     /// Reads the names that a label map comes with.
@@ -177,7 +177,7 @@ impl PlanArgs {
             return self.on_screen(store, &mut source);
         }
         bus::stderr_line!("pilot: reading the examination");
-        let volume = (hands.load)(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
+        let (volume, doubts) = (hands.load)(&scene.volume, scene.seed).map_err(PlanCliError::Volume)?;
         let plan = self.changed(&store, &scene, &volume, hands)?;
         // Everything that can be refused is looked at before anything is written.
         let measured = self.measured(&scene, &volume, hands)?;
@@ -196,7 +196,7 @@ impl PlanArgs {
         if self.window {
             return self.on_screen(store, &mut source);
         }
-        let found = Findings::of(&store, &plan, &volume.view(), safety);
+        let found = Findings::of(&store, &plan, (&volume.view(), doubts), safety);
         let words = match self.json {
             true => serde_json::to_string_pretty(&found).unwrap_or_default(),
             false => found.table(),

@@ -23,6 +23,8 @@ pub(crate) struct Findings {
     notes: String,
     /// What speaks against it.
     concerns: Vec<String>,
+    /// What is doubtful about the examination, by the loader's words.
+    examination_warnings: Vec<String>,
     /// The ways beside the structures of the label map; `null`: there is none, and nothing was checked.
     structures: Option<Vec<WaySafety>>,
     /// The label map; `null`: there is none.
@@ -63,8 +65,13 @@ struct MeasureFindings {
 impl Findings {
     /// Of a plan and the examination that it was made for.
     ///
-    /// `safety`: its ways beside the structures of a label map, where there is one.
-    pub(crate) fn of(store: &PlanStore, plan: &Plan, volume: &VolumeView<'_>, safety: Option<Safety>) -> Self {
+    /// `volume`: that examination, and what is doubtful about it; `safety`: its ways beside the structures of a label map, where there is one.
+    pub(crate) fn of(
+        store: &PlanStore,
+        plan: &Plan,
+        (volume, doubts): (&VolumeView<'_>, Vec<String>),
+        safety: Option<Safety>,
+    ) -> Self {
         let hu = |p: Point<Ct>| volume.nearest(p);
         let concerns = concerns(plan, volume.grid, &hu);
         let is_doubt = |concern: &Concern| !matches!(concern, Concern::NoEntry { .. });
@@ -79,6 +86,7 @@ impl Findings {
             notes: plan.notes.clone(),
             is_doubtful: concerns.iter().any(is_doubt) || safety.as_ref().is_some_and(Safety::is_doubtful),
             concerns: concerns.iter().map(Concern::to_string).collect(),
+            examination_warnings: doubts,
             label_map: safety.as_ref().map(|safety| safety.label_map.clone()),
             label_map_on_grid: safety.as_ref().map(|safety| safety.is_on_the_grid),
             label_map_moved_mm: safety.as_ref().and_then(|safety| safety.moved_mm),
@@ -110,7 +118,12 @@ impl Findings {
         lines.extend(self.targets.iter().map(TargetFindings::line));
         lines.extend(self.measures.iter().enumerate().map(MeasureFindings::line));
         lines.extend((!self.notes.is_empty()).then(|| format!("notes: {}", self.notes.replace(char::is_control, " "))));
+        let doubts = self.examination_warnings.iter();
+        lines.extend(doubts.map(|words| format!("warning: the examination: {words}")));
         match self.concerns.is_empty() {
+            true if !self.examination_warnings.is_empty() => {
+                lines.push("nothing else was found against it in the CT, as far as that can be relied on".to_owned());
+            }
             true => lines.push("nothing was found against it in the CT".to_owned()),
             false => lines.extend(self.concerns.iter().map(|concern| format!("! {concern}"))),
         }

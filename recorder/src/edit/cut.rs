@@ -11,6 +11,7 @@ use scene::Compression;
 
 use crate::edit::progress::Progress;
 use crate::edit::recover::put;
+use crate::edit::recovered;
 use crate::read::damage::OpenError;
 use crate::read::info::Info;
 use crate::read::reader;
@@ -124,6 +125,9 @@ fn copy(scan: Scan<impl Read>, stretch: Stretch, input: &Path, partial: &Path) -
         name: CUT.to_owned(),
         metadata: facts.map(|(key, value)| (key.to_owned(), value)).into(),
     })?;
+    if let Some(losses) = recovered::record(input, &info.damage) {
+        out.write_metadata(&losses)?;
+    }
     out.finish()?;
     synced(out.into_inner())?;
     Ok(info)
@@ -170,6 +174,13 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
                 }
             }
             Err(damage) => info.take(Err(damage)),
+        }
+    }
+    // What was chosen at the very end of it, behind the last message of another kind.
+    if info.tally.messages() > 0 {
+        for item in &chosen {
+            put(out, item)?;
+            info.take(Ok(item));
         }
     }
     Ok(info)
@@ -255,6 +266,16 @@ mod tests {
             log.put(Entry::Workflow(&workflow)).unwrap();
         }
         fs::write(&input, log.finish().unwrap().into_inner()).unwrap();
+        // A choice behind the last pose of a stretch was left out.
+        let [from_ns, to_ns] = [45, 50].map(stamp).map(i64::cast_unsigned);
+        let stretch = Stretch {
+            from_ns,
+            to_ns: to_ns + 1,
+        };
+        cut(&input, stretch, &out, false).unwrap();
+        let guides = reader::guides(&out).unwrap().map(|guide| guide.unwrap().plan_id);
+        assert_eq!(guides.collect::<Vec<_>>(), [0, 10, 30, 50]);
+        fs::remove_file(&out).unwrap();
         let [from_ns, to_ns] = [20, 40].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
         let info = cut(&input, Stretch { from_ns, to_ns }, &out, false).unwrap();
         assert_eq!(info.tally.span_ns(), Some((from_ns, to_ns)));

@@ -8,6 +8,7 @@ use mcap::{McapResult, Writer};
 use scene::Compression;
 
 use crate::edit::progress::Progress;
+use crate::edit::recovered;
 use crate::read::damage::OpenError;
 use crate::read::info::Info;
 use crate::read::scan::{self, Item, Scan};
@@ -66,7 +67,7 @@ pub fn target(input: &Path, out: Option<PathBuf>, force: bool) -> Result<PathBuf
 pub fn recover(input: &Path, out: &Path) -> Result<Info, RecoverError> {
     let scan = scan::open(input)?;
     let partial = paths::partial(out);
-    let copied = copy(scan, &partial).and_then(|info| {
+    let copied = copy(scan, input, &partial).and_then(|info| {
         fs::rename(&partial, out)?;
         paths::sync_folder(out)?;
         Ok(info)
@@ -81,13 +82,13 @@ pub fn recover(input: &Path, out: &Path) -> Result<Info, RecoverError> {
     })
 }
 
-fn copy(scan: Scan<impl Read>, partial: &Path) -> McapResult<Info> {
-    let (file, info) = copy_into(scan, BufWriter::new(File::create(partial)?))?;
+fn copy(scan: Scan<impl Read>, input: &Path, partial: &Path) -> McapResult<Info> {
+    let (file, info) = copy_into(scan, input, BufWriter::new(File::create(partial)?))?;
     synced(file)?;
     Ok(info)
 }
 
-fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, sink: W) -> McapResult<(W, Info)> {
+fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, input: &Path, sink: W) -> McapResult<(W, Info)> {
     let mut out = pose_log::options(Compression::Zstd).create(sink)?;
     let mut info = Info::default();
     let mut progress = Progress::new("recovering");
@@ -101,6 +102,9 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, sink: W) -> McapResult<
             }
             Err(damage) => info.take(Err(damage)),
         }
+    }
+    if let Some(losses) = recovered::record(input, &info.damage) {
+        out.write_metadata(&losses)?;
     }
     out.finish()?;
     Ok((out.into_inner(), info))

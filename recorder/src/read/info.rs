@@ -8,6 +8,7 @@ use bus::message::{EmitterFrame, MarkerFrame};
 use mcap::Message;
 
 use crate::edit::progress::Progress;
+use crate::edit::recovered::{self, RECOVERED};
 use crate::read::damage::{Damage, OpenError};
 use crate::read::one_run::OneRun;
 use crate::read::reader;
@@ -81,6 +82,12 @@ impl Info {
         }
     }
 
+    /// What was lost when a whole file was made of a damaged one, in words.
+    fn losses(&self) -> impl Iterator<Item = String> {
+        let records = self.metadata.iter().filter(|(name, _)| name == RECOVERED);
+        records.map(|(_, facts)| recovered::words(&facts.iter().cloned().collect()))
+    }
+
     /// Whether the file is whole, or ends as a kill leaves it: everything that was written is there.
     pub fn is_intact(&self) -> bool {
         self.damage.iter().all(|damage| damage.fault.is_mere_ending())
@@ -127,7 +134,12 @@ impl fmt::Display for Info {
                 "NOT OF ONE RUN: {why}; what stands here of the run is of the last one"
             )?;
         }
+        let mut losses = self.losses().peekable();
         match &self.damage[..] {
+            [] if losses.peek().is_some() => {
+                writeln!(f, "The file is whole, but does not hold all that was recorded.")?;
+                losses.try_for_each(|words| writeln!(f, "It was made of {words}."))
+            }
             [] => writeln!(f, "The file is whole."),
             damage => damage.iter().try_for_each(|damage| writeln!(f, "{damage}")),
         }

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use mcap::Attachment;
 use mcap::records::Metadata;
+use mcap::{Attachment, Message};
+use prost::Message as _;
 
 use crate::read::scan::Item;
-use crate::wire::schema::{RUN, SCENE};
+use crate::wire::proto::Identity;
+use crate::wire::schema::{IDENTITY_SCHEMA, RUN, SCENE};
 
 /// What the records of one run say alike, where they say it.
 const SAME: [&str; 3] = ["name", "epoch_ns", "volume_hash"];
@@ -18,15 +20,18 @@ const TOLD: usize = 64;
 pub(crate) struct OneRun {
     known: BTreeMap<&'static str, String>,
     scene: Option<blake3::Hash>,
+    /// Whose examination it is, by the fields that say so.
+    person: BTreeMap<&'static str, String>,
 }
 
 impl OneRun {
-    /// What lies beside the messages and is of another run than what came before it, in words.
+    /// What is of another run, or of another person, than what came before it, in words.
     pub(crate) fn beside(&mut self, item: &Item) -> Option<String> {
         match item {
             Item::Attachment(file) => self.another_scene(file),
             Item::Metadata(record) => self.differs(record),
-            _ => None,
+            Item::Message(message) => self.another_person(message),
+            Item::Channel(_) => None,
         }
     }
 
@@ -44,6 +49,26 @@ impl OneRun {
         })
     }
 
+    /// That an identity contradicts one before it, in words that name nobody.
+    fn another_person(&mut self, message: &Message<'_>) -> Option<String> {
+        let schema = message.channel.schema.as_ref().map_or("", |schema| &schema.name);
+        let identity = match schema == IDENTITY_SCHEMA {
+            true => Identity::decode(&*message.data).ok()?,
+            false => return None,
+        };
+        let said = [
+            ("name", identity.name),
+            ("patient_id", identity.patient_id),
+            ("birth_date", identity.birth_date),
+        ];
+        // What is not said contradicts nothing.
+        let mut said = said.into_iter().filter(|(_, found)| !found.is_empty());
+        said.find_map(|(field, found)| {
+            let is_other = *self.person.entry(field).or_insert_with(|| found.clone()) != found;
+            is_other.then(|| format!("it holds two people's identities: their {field:?} differ"))
+        })
+    }
+
     /// That an attached scene is another than one before it, in words.
     fn another_scene(&mut self, file: &Attachment<'_>) -> Option<String> {
         if file.name != SCENE {
@@ -56,5 +81,40 @@ impl OneRun {
             let (found, expected) = (told(found), told(expected));
             format!("it holds two scenes: an attached {SCENE} has BLAKE3 {found}, and one before it {expected}")
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use crate::write::pose_log::Entry;
+
+    /// The last of two was told as the recording's.
+    #[test]
+    fn two_peoples_identities_are_not_of_one_run() {
+        let of = |identities: &[(&str, &str)]| {
+            let mut log = testing::log(1, 3);
+            log.with_identity().unwrap();
+            for (name, patient_id) in identities {
+                let identity = Identity {
+                    name: (*name).to_owned(),
+                    patient_id: (*patient_id).to_owned(),
+                    ..Identity::default()
+                };
+                log.put(Entry::Identity(&identity)).unwrap();
+            }
+            let tmp = tempfile::tempdir().unwrap();
+            let path = tmp.path().join("s.mcap");
+            std::fs::write(&path, log.finish().unwrap().into_inner()).unwrap();
+            let verified = crate::read::verify::verify(&path).unwrap().findings;
+            let info = crate::read::info::info(&path).unwrap().of_two_runs;
+            assert_eq!(verified.first(), info.as_ref());
+            info
+        };
+        assert_eq!(of(&[("", ""), ("DOE^A", "7"), ("DOE^A", ""), ("DOE^A", "7")]), None);
+        let words = |field: &str| Some(format!("it holds two people's identities: their {field:?} differ"));
+        assert_eq!(of(&[("DOE^A", "7"), ("DOE^B", "7")]), words("name"));
+        assert_eq!(of(&[("DOE^A", "7"), ("", "8")]), words("patient_id"));
     }
 }

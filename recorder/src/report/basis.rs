@@ -14,10 +14,12 @@ use super::run_report::{self, RunReport, Tissue, last_name};
 use super::short::{List, short};
 use crate::edit::cut::CUT;
 use crate::edit::import::IMPORTED;
+use crate::edit::recovered::{self, RECOVERED};
 use crate::read::organs::MOST_TOLERANCE;
 use crate::wire::schema::{RUN, SCENE};
 use crate::write::beside::MAX_BYTES;
 use crate::write::record::Progress;
+use crate::write::series::part::{BEFORE, PART};
 
 /// What lies beside the messages.
 #[derive(Debug, Default, Serialize)]
@@ -32,8 +34,12 @@ pub(super) struct Basis {
     pub(super) run: BTreeMap<String, String>,
     /// What the recorder says at the end of its work; empty: it never came to its end.
     pub(super) recorder: BTreeMap<String, String>,
+    /// What a file says at its end that is not the last of its session.
+    pub(super) part: BTreeMap<String, String>,
     /// Where the file is a stretch of another.
     pub(super) cut: BTreeMap<String, String>,
+    /// What was lost when the file was made of a damaged one, in words.
+    pub(super) recovered: Vec<String>,
     /// Where its poses were imported.
     pub(super) imported: BTreeMap<String, String>,
     /// When the run wrote down its scene, ns since 1970 by the wall clock; 0: nobody says.
@@ -41,6 +47,9 @@ pub(super) struct Basis {
     /// When it wrote its report.
     pub(super) reported_wall_ns: u64,
 }
+
+/// More records of losses are not told: one was made for each time that the file was made whole.
+const MOST_RECOVERED: usize = 8;
 
 /// By what samples are judged.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -107,7 +116,10 @@ impl Basis {
             }
             run_report::NAME => {
                 self.reported_wall_ns = file.create_time;
-                self.report = Some(RunReport::parse(&file.data));
+                self.report = Some(match self.report {
+                    None => RunReport::parse(&file.data),
+                    Some(_) => Err("two files of that name are attached, and one is not the run's".to_owned()),
+                });
             }
             name => self.files.push(attached(name, &file.data)),
         }
@@ -118,16 +130,26 @@ impl Basis {
         let of = match record.name.as_str() {
             RUN => &mut self.run,
             Progress::RECORD => &mut self.recorder,
+            PART => &mut self.part,
             CUT => &mut self.cut,
             IMPORTED => &mut self.imported,
             _ => return,
         };
+        if record.name == RECOVERED && self.recovered.len() < MOST_RECOVERED {
+            self.recovered.push(short(&recovered::words(&record.metadata)));
+        }
         // Names of recordings come with their folders, which are called after patients.
         let told = |(key, value): (String, String)| match key.as_str() {
             "remade_from" | "file" => (key, last_name(&value)),
             _ => (short(&key), short(&value)),
         };
         *of = record.metadata.into_iter().take(64).map(told).collect();
+    }
+
+    /// Takes nothing from a report of another run, once all of the recording is read.
+    pub(super) fn hold_report(&mut self) {
+        let of_another = self.run_report().and_then(|report| report.of_another(&self.run));
+        self.report = of_another.map(Err).or(self.report.take());
     }
 
     /// The run's own report, where it can be read.
@@ -162,6 +184,13 @@ impl Basis {
     /// A number that the recorder said at its end.
     pub(super) fn recorder_says(&self, key: &str) -> Option<u64> {
         self.recorder.get(key)?.parse().ok()
+    }
+
+    /// How many files of the session came before this one.
+    pub(super) fn files_before(&self) -> u64 {
+        let of_last = self.recorder_says(BEFORE);
+        let of_part = || self.part.get(BEFORE)?.parse().ok();
+        of_last.or_else(of_part).unwrap_or(0)
     }
 }
 

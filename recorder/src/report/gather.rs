@@ -349,5 +349,6 @@ pub(super) fn gather_each(
         }
     }
     gathered.library = scan.library().map(short);
+    gathered.basis.hold_report();
     Ok(gathered)
 }

@@ -47,7 +47,7 @@ fn damage(found: &Gathered, bytes: u64, say: &mut impl FnMut(&'static str, Strin
     if damage.is_cut_off {
         let words = "The file ends before its recording did: it was never finished, or its end is cut off.";
         say("INCOMPLETE", words.to_owned());
-    } else if found.basis.recorder.is_empty() && damage.stops_at.is_none() {
+    } else if found.basis.recorder.is_empty() && found.basis.part.is_empty() && damage.stops_at.is_none() {
         let words = "The file is whole, but holds no word of the recorder on its end: the recording was not ended in an orderly \
                      way, or another program made the file of it (`recorder recover`, for instance).";
         say("END NOT RECORDED", words.to_owned());
@@ -56,6 +56,12 @@ fn damage(found: &Gathered, bytes: u64, say: &mut impl FnMut(&'static str, Strin
 
 fn part(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
     let basis = &found.basis;
+    for of in &basis.recovered {
+        say(
+            "NOT ALL OF IT",
+            format!("The file was made of {of}. What is lost is not in this report."),
+        );
+    }
     if let (false, Some(of)) = (basis.cut.is_empty(), basis.cut.get("file")) {
         let seconds = |key: &str| {
             basis
@@ -74,11 +80,16 @@ fn part(found: &Gathered, say: &mut impl FnMut(&'static str, String)) {
             format!("This is a part of {of}, from {from} to {to} of the run. Its end is not the session's."),
         );
     }
-    if let Some(before @ 1..) = basis.recorder_says("files_before") {
-        say(
-            "ONE PART",
-            format!("{before} files of the session came before this one; they are not in this report."),
-        );
+    let before = basis.files_before();
+    let goes_on = basis.recorder.is_empty() && !basis.part.is_empty();
+    if before > 0 || goes_on {
+        let behind = if goes_on {
+            "; the session went on in another file"
+        } else {
+            ""
+        };
+        let words = format!("{before} files of the session came before this one{behind}. They are not in this report.");
+        say("ONE PART", words);
     }
     if let Some(missing @ 1..) = basis.recorder_says("missing") {
         say(

@@ -17,6 +17,7 @@ pub(super) const NAME: &str = "report.json";
 #[serde(default)]
 pub(super) struct RunReport {
     pub(super) trocar_version: Option<String>,
+    pub(super) run: Option<String>,
     pub(super) scene: Option<String>,
     pub(super) duration_s: Option<f64>,
     pub(super) simulated_time: bool,
@@ -127,7 +128,15 @@ impl RunReport {
         let told = |error: serde_json::Error| short(&error.to_string());
         // An object, whatever else could pass for one.
         let keys: serde_json::Map<String, serde_json::Value> = serde_json::from_slice(bytes).map_err(told)?;
+        // Whatever has none of a key's facts would say that nothing was wrong.
+        if let Some(key) = ["trocar_version", "problems"]
+            .iter()
+            .find(|key| !keys.contains_key(**key))
+        {
+            return Err(format!("it is no report of a run: it has no {key:?}"));
+        }
         let mut report: Self = serde_json::from_value(keys.into()).map_err(told)?;
+        report.run = report.run.map(|name| short(&name));
         report.scene = report.scene.map(|path| last_name(&path));
         if let Some(replay) = &mut report.replay {
             replay.recording = last_name(&replay.recording);
@@ -145,6 +154,24 @@ impl RunReport {
             *words = short(words);
         }
         Ok(report)
+    }
+
+    /// Why it is not of the run that a recording's record `run` is of; `None` where nothing says so.
+    pub(super) fn of_another(&self, run: &BTreeMap<String, String>) -> Option<String> {
+        // What was replayed has another name, and may be another part of its examination.
+        if self.replay.is_some() {
+            return None;
+        }
+        let hash = self.volume.as_ref().map(|volume| &volume.hash);
+        [
+            ("run", self.run.as_ref(), run.get("name")),
+            ("examination", hash, run.get("volume_hash")),
+        ]
+        .into_iter()
+        .find_map(|(what, stated, found)| {
+            let (stated, found) = (stated?, found?);
+            (stated != found).then(|| format!("it is of {what} {}, and the recording of {found}", short(stated)))
+        })
     }
 }
 
@@ -168,7 +195,7 @@ mod tests {
 
     #[test]
     fn what_is_not_there_is_left_out_and_folders_are_not_told() {
-        let text = r#"{"scene": "/data/SMITH^JOHN/scene.toml", "later": [1], "problems": ["p"],
+        let text = r#"{"trocar_version": "0.2.0", "scene": "/data/SMITH^JOHN/scene.toml", "later": [1], "problems": ["p"],
             "volume": {"dims": [4, 5, 6], "ct_from_voxel": [[0, 2, 0, 1], [1.5, 0, 0, 2], [0, 0, -3, 3]]}}"#;
         let report = RunReport::parse(text.as_bytes()).unwrap();
         assert_eq!(report.scene.as_deref(), Some("scene.toml"));
@@ -178,7 +205,10 @@ mod tests {
             &b"{"[..],
             b"[]",
             b"\xff",
-            br#"{"problems": 3}"#,
+            br#"{"trocar_version": "0.2.0", "problems": 3}"#,
+            b"{}",
+            br#"{"problems": []}"#,
+            br#"{"trocar_version": "0.2.0"}"#,
             "[".repeat(9999).as_bytes(),
         ] {
             assert!(RunReport::parse(bad).is_err());

@@ -287,6 +287,24 @@ fn a_recording_that_a_kill_left_and_recovery_made_whole_does_not_pass_for_one_th
     assert!(!page.contains("was ended in an orderly way;"));
 }
 
+/// Whole parts of a session that was recorded in several files were called such as no recorder had ended.
+#[test]
+fn a_part_of_a_session_is_called_one() {
+    for (before, words_of) in [(0, "0 files"), (2, "2 files")] {
+        let mut log = testing::log(1, 30);
+        log.metadata(&crate::write::series::part::record(before)).unwrap();
+        let (page, facts) = Rig::new(&log.finish().unwrap().into_inner()).said();
+        let words = words(&facts);
+        assert!(
+            words.contains(&"ONE PART") && !words.contains(&"END NOT RECORDED"),
+            "{words:?}"
+        );
+        assert!(page.contains(&format!(
+            "{words_of} of the session came before this one; the session went on"
+        )));
+    }
+}
+
 #[test]
 fn a_stretch_and_a_replay_are_named_as_such() {
     let rig = Rig::new(&ended(testing::log(4, 30)).finish().unwrap().into_inner());
@@ -304,7 +322,7 @@ fn a_stretch_and_a_replay_are_named_as_such() {
     log.attach(
         "report.json",
         "application/json",
-        br#"{"simulated_time": true, "problems": ["<i>"]}"#,
+        br#"{"trocar_version": "0.2.0", "simulated_time": true, "problems": ["<i>"]}"#,
         0,
     )
     .unwrap();
@@ -360,7 +378,7 @@ fn whatever_a_file_says_is_read_as_text() {
     log.attach("<script>.json", EVIL, EVIL.as_bytes(), u64::MAX).unwrap();
     log.attach("scene.toml", "application/toml", EVIL.as_bytes(), 0)
         .unwrap();
-    let problems = serde_json::json!({"scene": EVIL, "problems": [EVIL], "notes": [EVIL], "held": [EVIL],
+    let problems = serde_json::json!({"trocar_version": EVIL, "scene": EVIL, "problems": [EVIL], "notes": [EVIL], "held": [EVIL],
         "views": [{"name": EVIL}], "restarts": [{"process": EVIL, "cause": EVIL}], "latency_ms": {EVIL: {"p50": 1.0}},
         "volume": {"hash": EVIL, "marks": EVIL},
         "tissue": {"images": {EVIL: 3}, "refused_because": {EVIL: 1}}});

@@ -4,6 +4,7 @@
 //! it stays as it is, as a part that grows no more; what comes is counted and not recorded until there is room again.
 //! Nobody but the recorder is held up by any of this.
 
+pub(crate) mod part;
 mod place;
 mod room;
 mod state;
@@ -202,7 +203,10 @@ impl Series {
             return;
         };
         // What is in memory fails here, where it is counted, and not behind the index.
-        let flushed = place.check(file.file()).and_then(|()| file.flush());
+        let said = place
+            .check(file.file())
+            .and_then(|()| file.metadata(&part::record(self.parts)));
+        let flushed = said.and_then(|()| file.flush());
         if flushed.is_err() {
             return self.stop_on(now_ns, flushed);
         }

@@ -19,6 +19,8 @@ pub(crate) struct Difference {
     /// From the tip of the first to that of the second, LPS mm, and the angle between the two orientations, radians;
     /// `None` where one of them has no pose.
     pub apart: Option<([f64; 3], f64)>,
+    /// Whether both say the same, to the last bit: pose, covariance, error, registration, stamps but that of publication.
+    pub is_identical: bool,
 }
 
 impl Difference {
@@ -28,6 +30,7 @@ impl Difference {
             t_device_ns: a.t_device_ns,
             status: [a.status, b.status],
             tips_mm: [a.pose, b.pose].map(|pose| pose.map(tip_mm)),
+            is_identical: a.bits == b.bits,
             apart: a.pose.zip(b.pose).map(|(a, b)| (tip_offset_mm(a, b), angle_rad(a, b))),
         }
     }
@@ -73,6 +76,10 @@ pub(crate) struct Compared {
     pub alone: [u64; 2],
     /// Samples in each whose number had come before; the later one counts.
     pub repeated: [u64; 2],
+    /// Places in each file that could not be read.
+    pub damaged: [u64; 2],
+    /// The examinations of both, where they are not the same.
+    pub other_examination: Option<[String; 2]>,
     /// Organs, where a recording says where they were.
     pub tissue: Option<Tissue>,
 }
@@ -88,6 +95,8 @@ impl Compared {
         Self {
             alone: [a, b].map(|samples| (samples.by_seq.len() - common) as u64),
             repeated: [a.repeated, b.repeated],
+            damaged: [a.damaged, b.damaged],
+            other_examination: None,
             differences,
             tissue: None,
         }

@@ -45,7 +45,10 @@ pub(crate) struct Summary {
     pub common: usize,
     /// Of these, with a pose in both.
     pub compared: usize,
-    /// Of these, with the same bits in both.
+    /// Of these, with the tip at the same place and the tube in the same direction.
+    pub same_place: usize,
+    /// Of these, with the same bits in both, of all that is said of a pose but when it was published: covariance, errors,
+    /// registration.
     pub identical: usize,
     /// With a pose in the first only, in the second only.
     pub valid_in_one: [usize; 2],
@@ -53,6 +56,11 @@ pub(crate) struct Summary {
     pub alone: [u64; 2],
     /// Samples in each whose number had come before.
     pub repeated: [u64; 2],
+    /// Places in each file that could not be read: what was there is not compared.
+    pub damaged: [u64; 2],
+    /// The examinations of both, where they say so and they are not the same: nothing says how far apart the tips are in a patient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub other_examination: Option<[String; 2]>,
     /// Between the tips, mm.
     pub tip_mm: Spread,
     /// Between the orientations, degrees.
@@ -76,10 +84,13 @@ impl Summary {
         Self {
             common: all.len(),
             compared: tips.len(),
-            identical: all.iter().filter(same).count(),
+            same_place: all.iter().filter(same).count(),
+            identical: all.iter().filter(same).filter(|d| d.is_identical).count(),
             valid_in_one: [valid_only(0), valid_only(1)],
             alone: compared.alone,
             repeated: compared.repeated,
+            damaged: compared.damaged,
+            other_examination: compared.other_examination.clone(),
             tip_mm: Spread::of(&tips),
             angle_deg: Spread::of(&angles),
             tissue: compared.tissue.clone(),
@@ -91,10 +102,20 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} poses of the same number; in both valid {}, without a difference {}; valid in the first only {}, in the \
-             second only {}",
-            self.common, self.compared, self.identical, self.valid_in_one[0], self.valid_in_one[1]
+            "{} poses of the same number; in both valid {}, without a difference {}, and in nothing else that is said of them {}; valid in \
+             the first only {}, in the second only {}",
+            self.common, self.compared, self.same_place, self.identical, self.valid_in_one[0], self.valid_in_one[1]
         )?;
+        if let Some([a, b]) = &self.other_examination {
+            writeln!(f, "OF TWO EXAMINATIONS: {a} and {b}")?;
+        }
+        if self.damaged != [0, 0] {
+            let [a, b] = self.damaged;
+            writeln!(
+                f,
+                "could not be read and is not compared: {a} places of the first, {b} of the second"
+            )?;
+        }
         if self.alone != [0, 0] {
             writeln!(
                 f,

@@ -41,6 +41,53 @@ fn a_recording_does_not_differ_from_itself() {
     assert_eq!((summary.tip_mm.max, summary.angle_deg.max), (0.0, 0.0));
 }
 
+/// Another registration, covariance and sign of the quaternion were "without a difference", and nobody was told of damage.
+#[test]
+fn what_differs_beside_the_place_and_what_is_not_compared_is_told() {
+    let tmp = tempfile::tempdir().unwrap();
+    let a = recorded(tmp.path(), "a.mcap", (0..50).map(testing::pose));
+    let other = |seq: u64| {
+        let mut pose = testing::pose(seq);
+        match seq {
+            3 => pose.registration_id ^= 1,
+            4 => pose.covariance[5] += 1.0,
+            5 => pose.q = pose.q.map(|x| -x),
+            6 => pose.t_publish_ns += 1,
+            _ => {}
+        }
+        pose
+    };
+    let b = recorded(tmp.path(), "b.mcap", (0..50).map(other));
+    let summary = Summary::of(&compare(&a, TOOL_POSE, &b, TOOL_POSE).unwrap());
+    assert_eq!((summary.compared, summary.same_place, summary.identical), (50, 50, 47));
+    let mut bytes = testing::finished(3, 5);
+    let chunk = bytes
+        .windows(4)
+        .enumerate()
+        .filter(|(_, w)| w == b"zstd")
+        .nth(2)
+        .unwrap()
+        .0;
+    bytes[chunk + 4 + 8 + 10] ^= 1;
+    std::fs::write(&b, bytes).unwrap();
+    let summary = Summary::of(&compare(&a, TOOL_POSE, &b, TOOL_POSE).unwrap());
+    // The chunk, and the sum over the file.
+    assert_eq!((summary.damaged, summary.common), ([0, 2], 10));
+    let of = |name: &str, byte| {
+        let mut log = testing::log(1, 5);
+        let volume_hash = Some(bus::message::VolumeHash([byte; 32]));
+        let facts = crate::wire::schema::RunFacts {
+            volume_hash,
+            ..testing::facts()
+        };
+        log.facts(&facts).unwrap();
+        std::fs::write(tmp.path().join(name), log.finish().unwrap().into_inner()).unwrap();
+        tmp.path().join(name)
+    };
+    let summary = Summary::of(&compare(&of("c.mcap", 1), TOOL_POSE, &of("d.mcap", 2), TOOL_POSE).unwrap());
+    assert!(summary.to_string().contains("OF TWO EXAMINATIONS: 0101"), "{summary}");
+}
+
 #[test]
 fn planted_distances_and_angles_are_found() {
     let tmp = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use std::io::Cursor;
 
 fn recovered(bytes: &[u8]) -> (Vec<u8>, Info) {
     let scan = Scan::new(Cursor::new(bytes), bytes.len() as u64);
-    let (out, info) = copy_into(scan, Cursor::new(Vec::new())).unwrap();
+    let (out, info) = copy_into(scan, Path::new("s.mcap"), Cursor::new(Vec::new())).unwrap();
     (out.into_inner(), info)
 }
 

@@ -93,11 +93,17 @@ impl Indexed<'_> {
             .map(|(id, _)| *id)
     }
 
+    /// All chunks, in the order of the file, and whether each holds messages of a topic.
+    pub(crate) fn chunks_and(&self, topic: &str) -> impl Iterator<Item = (&ChunkIndex, bool)> {
+        let ids: Vec<u16> = self.of(topic).collect();
+        let holds = move |chunk: &ChunkIndex| ids.iter().any(|id| chunk.message_index_offsets.contains_key(id));
+        self.chunks.iter().map(move |chunk| (*chunk, holds(chunk)))
+    }
+
     /// The chunks that hold messages of a topic, in the order of the file.
     pub(crate) fn chunks_of(&self, topic: &str) -> Vec<&ChunkIndex> {
-        let ids: Vec<u16> = self.of(topic).collect();
-        let holds = |chunk: &&&ChunkIndex| ids.iter().any(|id| chunk.message_index_offsets.contains_key(id));
-        self.chunks.iter().filter(holds).copied().collect()
+        let holding = self.chunks_and(topic).filter(|(_, holds)| *holds);
+        holding.map(|(chunk, _)| chunk).collect()
     }
 
     /// What is in one chunk; `None` where it cannot be read.

@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use mcap::records::ChunkIndex;
+
 use super::Facts;
 use crate::read::scan::Item;
 use crate::read::seek::{Indexed, Session};
@@ -31,28 +33,47 @@ pub(super) fn facts(path: &Path) -> Result<Facts, String> {
 
 /// The first moment and the last, by the poses of the first chunk that has some and of the last one.
 fn moments(path: &Path, indexed: &Indexed<'_>, facts: &mut Facts) -> Result<(), String> {
-    let chunks = indexed.chunks_of(TOOL_POSE);
-    let (Some(first), Some(last)) = (chunks.first(), chunks.last()) else {
+    let chunks: Vec<(&ChunkIndex, bool)> = indexed.chunks_and(TOOL_POSE).collect();
+    let holds = |(_, holds): &(&ChunkIndex, bool)| *holds;
+    let (Some(first), Some(last)) = (chunks.iter().position(holds), chunks.iter().rposition(holds)) else {
         return Ok(());
     };
     // A capture before the run's epoch is written as 0, and is refused where all is read.
-    if chunks.iter().skip(1).any(|chunk| chunk.message_start_time == 0) {
+    let mut later = chunks.iter().skip(first + 1).filter(|chunk| holds(chunk));
+    if later.any(|(chunk, _)| chunk.message_start_time == 0) {
         return Err("it has a message of 0 ns behind others".to_owned());
     }
-    let ends = [*first, *last];
-    let distinct = if first.chunk_start_offset == last.chunk_start_offset {
-        1
-    } else {
-        2
-    };
-    for chunk in &ends[..distinct] {
-        let items = indexed.items(chunk).map_err(|error| error.to_string())?;
-        let damaged = || format!("its chunk at byte {} cannot be read", chunk.chunk_start_offset);
-        for item in items.ok_or_else(damaged)? {
-            if let Item::Message(message) = item {
-                facts.count(path, &message).map_err(|error| error.to_string())?;
-            }
+    for (number, (chunk, is_listed)) in chunks.iter().enumerate() {
+        // Those before the first and behind the last are read too: a list may leave out what is there.
+        let is_empty = chunk.message_index_offsets.is_empty();
+        if (number <= first || number >= last) && !is_empty {
+            ends(path, indexed, (chunk, *is_listed), facts)?;
         }
     }
     Ok(())
+}
+
+/// Takes the poses of a chunk, that has some or has none.
+fn ends(
+    path: &Path,
+    indexed: &Indexed<'_>,
+    (chunk, is_listed): (&ChunkIndex, bool),
+    facts: &mut Facts,
+) -> Result<(), String> {
+    let damaged = || format!("its chunk at byte {} cannot be read", chunk.chunk_start_offset);
+    let items = indexed.items(chunk).map_err(|error| error.to_string())?;
+    let mut has_some = false;
+    for item in items.ok_or_else(damaged)? {
+        if let Item::Message(message) = item {
+            has_some |= message.channel.topic == TOOL_POSE;
+            facts.count(path, &message).map_err(|error| error.to_string())?;
+        }
+    }
+    match has_some == is_listed {
+        true => Ok(()),
+        false => Err(format!(
+            "the list behind its chunk at byte {} is not that of its poses",
+            chunk.chunk_start_offset
+        )),
+    }
 }

@@ -65,6 +65,16 @@ fn whole_files_are_known_by_their_index_and_others_are_read() {
     }
 }
 
+/// A session of 300 poses was replayed as one of 31: its index had the lists of two chunks under each other's channels.
+#[test]
+fn a_list_that_names_another_channel_is_no_end_of_the_session() {
+    let bytes = testing::swapped_lists();
+    let words = why_read(&bytes).unwrap();
+    assert!(words.contains("is not that of its poses"), "{words}");
+    let facts = of(&bytes).unwrap();
+    assert_eq!((facts.poses, facts.last_ns), (15, testing::pose(14).t_publish_ns));
+}
+
 /// A session of 20 s was replayed as one of 0 s: the last chunk counted as sound and empty.
 #[test]
 fn a_damaged_chunk_at_either_end_is_no_end_of_the_session() {

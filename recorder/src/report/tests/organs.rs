@@ -8,7 +8,7 @@ use crate::wire::proto::TissueFrame;
 const MOVES: &str = "seed = 5\n[tissue]\norgans = \"o.toml\"\ntolerance = 0.02\n";
 /// Free forces over those of contact, of every state.
 const RESIDUAL: f64 = 0.01;
-const REPORT: &str = r#"{"tissue": {"images": {"settled": 5, "approximate": 2, "late": 1, "refused": 3, "of a later version": 90},
+const REPORT: &str = r#"{"trocar_version": "0.2.0", "problems": [], "tissue": {"images": {"settled": 5, "approximate": 2, "late": 1, "refused": 3, "of a later version": 90},
     "covered_twice": 4, "refused_because": {"draw it back <b>": 3}}}"#;
 
 /// A recording with this scene and this report of its run, where there are some, and states that came so far with these forces, N.

@@ -134,3 +134,41 @@ fn nothing_is_written_over_unasked_and_never_the_recording() {
     let names = fs::read_dir(rig.path("")).unwrap().count();
     assert_eq!(names, 3, "recording, page and link");
 }
+
+/// The report of another run, an empty one and the last of two were believed: "Problems: None".
+#[test]
+fn a_report_of_another_run_or_of_none_is_not_believed() {
+    let of = |reports: &[&str]| {
+        let mut log = testing::log(1, 10);
+        log.facts(&crate::wire::schema::RunFacts {
+            volume_hash: Some(bus::message::VolumeHash([7; 32])),
+            ..testing::facts()
+        })
+        .unwrap();
+        for report in reports {
+            log.attach("report.json", "application/json", report.as_bytes(), 0)
+                .unwrap();
+        }
+        let (_, facts) = Rig::of(ended(log)).said();
+        let notices = facts["notices"].as_array().unwrap();
+        let found = notices.iter().find(|notice| notice["word"] == "RUN REPORT NOT READ");
+        found.map(|notice| notice["words"].as_str().unwrap().to_owned())
+    };
+    let with = |more: &str| format!(r#"{{"trocar_version": "0.2.0", "problems": [], {more}}}"#);
+    let [same, run, hash] = [
+        r#""run": "demo", "volume": {"hash": "0707070707070707070707070707070707070707070707070707070707070707"}"#,
+        r#""run": "other""#,
+        r#""volume": {"hash": "0808"}"#,
+    ]
+    .map(with);
+    assert_eq!(of(&[&same]), None);
+    for (reports, words) in [
+        (&[&run[..]][..], "it is of run other, and the recording of demo"),
+        (&[&hash], "it is of examination 0808, and the recording of 0707"),
+        (&["{}"], "it is no report of a run: it has no \"trocar_version\""),
+        (&[&run, &same], "two files of that name are attached"),
+    ] {
+        let said = of(reports).unwrap_or_default();
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}

@@ -147,6 +147,17 @@ fn rotated_by_time_every_part_is_whole_and_nothing_is_lost() {
             info.damage
         );
     }
+    // Each but the last says that the session goes on: a report said of them that their end was not recorded.
+    let says = |name: &str| {
+        let session = crate::read::seek::Session::open(&rig.path(name)).unwrap();
+        let record = session.metadata(part::PART).unwrap();
+        record.map(|record| record.metadata[part::BEFORE].clone())
+    };
+    let said = ["s.1.mcap", "s.2.mcap", "s.3.mcap", "s.mcap"].map(says);
+    assert_eq!(
+        said,
+        [Some("0"), Some("1"), Some("2"), None].map(|before| before.map(str::to_owned))
+    );
 }
 
 #[test]
