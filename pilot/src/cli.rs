@@ -41,7 +41,7 @@ use crate::resolve::{Overrides, ResolveError, resolve, tied};
 use crate::run::run;
 use crate::state::Options;
 use crate::status::Status;
-pub use plan::{Hands, NamedPlace, StructureSet};
+pub use plan::{Hands, LoadTold, NamedPlace, StructureSet};
 
 use help::{
     CHECK_HELP, CONTROL_HELP, REMOTE_HELP, REPLAY_HELP, RESTART_HELP, RUN_HELP, STATUS_HELP, STOP_HELP, TOPICS_HELP,

@@ -431,8 +431,8 @@ fn images_whose_clock_is_set_are_timed_by_arrival_until_it_is_known_how_and_so_i
     let told = watch.told().join("\n");
     let by_ms = told.split_once("the clock of the images was set by ").unwrap().1;
     let by_ms: f64 = by_ms.split_once(" ms").unwrap().0.parse().unwrap();
-    // What the least of nine and more images may differ by is less than half the bound.
-    assert!((by_ms + 150.0).abs() < 10.0, "{by_ms}");
+    // What was the least lateness before it and is the least behind it are each of nine and more images, and known to half the bound.
+    assert!((by_ms + 150.0).abs() < 20.0, "{by_ms}");
     assert!(
         told.contains("their clock does not keep to that of the poses"),
         "{told}"

@@ -44,6 +44,9 @@ Exit codes: 0 all well; 1 refused or failed, nothing was written; 3 something sp
 
 type Read<T> = Result<T, Box<dyn std::error::Error + Send + Sync>>;
 
+/// Reads an examination, with what is doubtful about it, a sentence each.
+pub type LoadTold = fn(&VolumeSpec, u64) -> Read<(OwnedVolume, Vec<String>)>;
+
 /// A point: its name, and where it is, LPS mm.
 pub type NamedPlace = (String, [f64; 3]);
 
@@ -51,7 +54,7 @@ pub type NamedPlace = (String, [f64; 3]);
 #[derive(Debug, Clone, Copy)]
 pub struct Hands {
     /// Reads an examination, with what is doubtful about it, a sentence each; the number is the generated patient's seed.
-    pub load: fn(&VolumeSpec, u64) -> Read<(OwnedVolume, Vec<String>)>,
+    pub load: LoadTold,
     /// Reads a label map of an examination; the number is the generated patient's seed.
     pub load_labels: fn(&Path, &VolumeSpec, u64) -> Read<bus::volume::LabelMap>,
     /// Reads the names that a label map comes with.
