@@ -277,17 +277,15 @@ pub enum FileError {
     },
     /// Two ways to say where rows and columns point, and each says another.
     #[error(
-        "{} is \"{found}\", expected \"{expected}\" by ImageOrientationPatient \"{cosines}\": by one of them the patient is mirrored or turned, and \
+        "{} is \"{found}\", expected {expected}: by one of them the patient is mirrored or turned, and \
          which of them is right is not known",
         el::PATIENT_ORIENTATION
     )]
     Sides {
         /// PatientOrientation.
         found: String,
-        /// The same by the cosines.
+        /// The same by the cosines, and these.
         expected: String,
-        /// ImageOrientationPatient.
-        cosines: String,
     },
     /// A slope and an intercept that lead most pixels out of the HU that are held.
     #[error(

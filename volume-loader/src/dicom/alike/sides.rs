@@ -33,8 +33,11 @@ pub(crate) fn check(header: &Header) -> Result<(), FileError> {
     }
     Err(FileError::Sides {
         found: letters.join("\\"),
-        expected: axes.map(|axis| in_words(axis)).join("\\"),
-        cosines: placed.orientation.map(|cosine| cosine.to_string()).join("\\"),
+        expected: format!(
+            "\"{}\" by ImageOrientationPatient \"{}\"",
+            axes.map(in_words).join("\\"),
+            placed.orientation.map(|cosine| cosine.to_string()).join("\\")
+        ),
     })
 }
 

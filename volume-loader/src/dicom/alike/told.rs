@@ -99,11 +99,12 @@ fn in_words(counts: BTreeMap<&Option<Label>, usize>, is_shown: bool) -> String {
     let mut counts: Vec<(&Option<Label>, usize)> = counts.into_iter().collect();
     // Equal ones stay in the order of their values, so that the words are always the same.
     counts.sort_by_key(|(_, count)| Reverse(*count));
+    let first = counts.iter().position(|(value, _)| value.is_some());
     let told = counts.iter().take(MOST_TOLD).enumerate().map(|(at, (value, count))| {
         let words = match value {
             None => "none".to_owned(),
             Some(label) if is_shown && !label.is_hidden() => label.to_string(),
-            Some(_) if at == 0 => "one value".to_owned(),
+            Some(_) if first == Some(at) => "one value".to_owned(),
             Some(_) => "another".to_owned(),
         };
         format!("{words} in {count}")

@@ -20,10 +20,8 @@ pub(crate) struct Scan {
 impl Scan {
     pub(crate) fn of(e: &Elements) -> Self {
         let value = |tag: Tag| match tag {
-            // One number may be written in several ways.
-            el::KVP | el::ACQUISITION_NUMBER | el::SERIES_NUMBER => {
-                e.reported(tag).and_then(number).or_else(|| e.label(tag))
-            }
+            // One number may be written in several ways, and what is none is not shown.
+            el::KVP | el::ACQUISITION_NUMBER | el::SERIES_NUMBER => e.reported(tag).and_then(number),
             _ => e.label(tag),
         };
         let text = |tag: Tag| e.text(tag).unwrap_or_default();
@@ -54,14 +52,8 @@ pub(crate) fn number(number: f64) -> Option<Label> {
 /// Of a date (YYYYMMDD, which may be missing) and a time of the day (HHMMSS.F, where a zone may follow); days count from 1 March of the
 /// year 0.
 fn seconds(date: &str, time: &str) -> Option<f64> {
-    let digits = |text: &str| {
-        text.bytes()
-            .all(|b| b.is_ascii_digit())
-            .then(|| text.parse().ok())
-            .flatten()
-    };
     let time = time.split(['+', '-']).next()?;
-    let part = |at: std::ops::Range<usize>| digits(time.get(at)?).map(|part: u32| f64::from(part));
+    let part = |at: std::ops::Range<usize>| digits(time.get(at)?).map(f64::from);
     let [hours, minutes, whole] = [part(0..2)?, part(2..4)?, part(4..6)?];
     let fraction: f64 = match time.get(6..)? {
         "" => 0.0,
@@ -80,6 +72,12 @@ fn seconds(date: &str, time: &str) -> Option<f64> {
         _ => return None,
     };
     Some(f64::from(days) * 86_400.0 + hours * 3600.0 + minutes * 60.0 + whole + fraction)
+}
+
+/// A number of nothing but digits.
+fn digits(text: &str) -> Option<u32> {
+    let is_number = text.bytes().all(|b| b.is_ascii_digit());
+    text.parse().ok().filter(|_| is_number)
 }
 
 /// Days of the calendar from 1 March of the year 0 on.

@@ -4,6 +4,9 @@ use super::*;
 
 const ACQUISITION: (u16, u16) = (0x0020, 0x0012);
 
+/// An element, what it is in some slices and in others, and the words it is told by.
+type Case<'a> = ((u16, u16), &'static str, [&'a str; 2], &'a str);
+
 fn told(files: &[File]) -> Vec<String> {
     Folder::of(files).open().unwrap().series_facts().warnings.clone()
 }
@@ -20,7 +23,7 @@ fn with(tag: (u16, u16), vr: &'static str, [value, other]: [&str; 2], count: usi
 /// Two scans, or two phases of contrast, were one volume without a word.
 #[test]
 fn slices_of_several_scans_are_told_with_how_many_there_are_of_each() {
-    let cases: [((u16, u16), &'static str, [&str; 2], &str); 15] = [
+    let cases: [Case<'_>; 15] = [
         (
             ACQUISITION,
             "IS",
@@ -132,6 +135,7 @@ fn one_number_in_two_ways_of_writing_and_a_type_that_is_not_said_are_no_differen
     for (tag, vr, values) in [
         ((0x0018, 0x0060), "DS", ["120", "1.200E2 "]),
         (ACQUISITION, "IS", ["4", "+04"]),
+        (ACQUISITION, "IS", ["SECRET", "NAME"]),
         ((0x0028, 0x1054), "LO", ["HU", ""]),
         ((0x0028, 0x1053), "DS", ["1", "1.0"]),
         ((0x0018, 0x0010), "LO", ["IOPAMIDOL", "IOPAMIDOL "]),

@@ -2,11 +2,9 @@
 
 use super::*;
 
-fn held(
-    world: &World,
-    set: &[((u16, u16), &'static str, &str)],
-    slices: &[((u16, u16), &'static str, &str)],
-) -> Result<Vec<String>, String> {
+type Said<'a> = &'a [((u16, u16), &'static str, &'a str)];
+
+fn held(world: &World, set: Said<'_>, slices: Said<'_>) -> Result<Vec<String>, String> {
     for k in 0..4 {
         let mut file = File::slice(k, 2.5 * k as f64);
         for (tag, vr, value) in slices {
