@@ -27,6 +27,7 @@ fn main() -> std::process::ExitCode {
                 points: set.points.into_iter().map(|point| (point.name, point.ct_mm)).collect(),
                 others: set.others,
                 is_in_its_frame: set.is_in_its_frame,
+                warnings: set.warnings,
             }))
         },
         structure_set_bytes: |examination, points| {

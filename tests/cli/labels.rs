@@ -94,6 +94,24 @@ fn a_plan_names_the_structures_of_a_segmentation_and_refuses_one_of_another_scan
     assert!(said.contains("CUTS liver (label 1)"), "{said}\n{}", stderr(&beside));
     // The planes without a structure have no frame: the map lies on a part of the CT, and is its own.
     assert!(!said.contains("LABELS LIE") && !said.contains("MOVED"), "{said}");
+    assert!(!said.contains("! the label map: "), "{said}");
+    for (status, words) in [
+        (
+            "UNAPPROVED",
+            "! the label map: (300E,0002) ApprovalStatus is UNAPPROVED",
+        ),
+        ("REJECTED", "ApprovalStatus: found REJECTED"),
+    ] {
+        let of_status = world.path("of_status.dcm");
+        let of_status = of_status.to_str().unwrap();
+        let arguments = [series.to_str().unwrap(), of_status, "binary", truth, status];
+        script(&python, "write_segmentation.py", &arguments);
+        let asked = plan(&series, &["--labels", of_status]);
+        let code = if status == "REJECTED" { 1 } else { 3 };
+        let said = stdout(&asked) + &stderr(&asked);
+        assert_eq!(asked.status.code(), Some(code), "{said}");
+        assert!(said.contains(words), "{said}");
+    }
     std::fs::remove_file(world.path("plan.json")).unwrap();
     let other = plan(&data.join("ct-chest-lidc-dicom"), &["--labels", file]);
     assert_eq!(other.status.code(), Some(1), "{}", stdout(&other));
@@ -146,6 +164,12 @@ fn points_of_a_structure_set_are_targets_of_the_scan_that_they_are_in() {
         "{said}"
     );
     assert!(said.contains("2 regions of interest are no points"), "{said}");
+    for words in [
+        "(300E,0002) ApprovalStatus is UNAPPROVED",
+        "it is of another study than the examination",
+    ] {
+        assert!(said.contains(&format!("points.dcm: warning: {words}")), "{said}");
+    }
     let made: Value = serde_json::from_str(&text.unwrap()).unwrap();
     assert_eq!(made["targets"][0]["name"], "Knoten ä", "{made}");
     assert_eq!(made["targets"][0]["ct_mm"], written["Knoten ä"], "{made}");

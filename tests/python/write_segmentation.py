@@ -1,7 +1,7 @@
 """Writes a DICOM segmentation of a classic CT series, by software that Trocar does not use, and the truth beside it.
 
-Usage: write_segmentation.py FOLDER OUT.dcm KIND TRUTH.npz
-KIND: binary, binary-all (no frame is left out), labelmap, fractional.
+Usage: write_segmentation.py FOLDER OUT.dcm KIND TRUTH.npz [STATUS]
+KIND: binary, binary-all (no frame is left out), labelmap, fractional. STATUS: ApprovalStatus, where it has one.
 Needs: highdicom, pydicom, numpy. Prints one JSON object: frames, and for each label its voxels.
 
 Three structures that leave planes between them without a frame; TRUTH.npz holds the centres of their voxels, LPS mm, and their labels.
@@ -73,11 +73,13 @@ def segmentation(sets, labels, kind):
     )
 
 
-def main(folder, out, kind, truth):
+def main(folder, out, kind, truth, status=None):
     warnings.simplefilter("ignore")
     sets = slices(folder)
     labels = structures((len(sets), sets[0].Rows, sets[0].Columns))
     written = segmentation(sets, labels, kind)
+    if status:
+        written.ApprovalStatus = status
     written.save_as(out)
     plane, row, column = np.nonzero(labels)
     origins = np.array([data.ImagePositionPatient for data in sets], float)

@@ -37,7 +37,9 @@ def main(slice_path, out, *points):
     written.file_meta.MediaStorageSOPClassUID = written.SOPClassUID = RTStructureSetStorage
     written.file_meta.MediaStorageSOPInstanceUID = written.SOPInstanceUID = generate_uid()
     written.SpecificCharacterSet, written.Modality = "ISO_IR 192", "RTSTRUCT"
-    written.PatientName, written.StudyInstanceUID, written.SeriesInstanceUID = "Somebody", generate_uid(), generate_uid()
+    # Whose it is, its frame of reference alone says.
+    written.PatientName, written.StudyInstanceUID, written.SeriesInstanceUID = "", generate_uid(), generate_uid()
+    written.ApprovalStatus = "UNAPPROVED"
     frame = of.FrameOfReferenceUID
     regions, drawn = [region(1, "liver", frame), region(2, "nothing", frame)], []
     drawn.append(contours(1, "CLOSED_PLANAR", [float(i) for i in range(3 * 5000)]))

@@ -1,7 +1,7 @@
 //! From a scene's volume to a source of voxels.
 
-mod frame;
 pub(crate) mod names;
+pub(crate) mod origin;
 pub(crate) mod segmentation;
 pub(crate) mod structure_set;
 
@@ -11,6 +11,7 @@ use bus::run::free_memory_bytes;
 use bus::volume::{LabelMap, Layout, OwnedVolume, Voxels};
 use scene::{FileSpec, VolumeSource, VolumeSpec, is_generated};
 
+use self::origin::Belongs;
 use crate::dicom;
 use crate::error::LoadError;
 use crate::fill::fill;
@@ -110,13 +111,14 @@ pub fn load_labels_seeded(
     examination: &VolumeSpec,
     seed: u64,
 ) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
-    let (source, is_in_its_frame) = open_labels(path, Some(examination), seed)?;
+    let (source, belongs) = open_labels(path, Some(examination), seed)?;
     for warning in source.facts().warnings {
         bus::stderr_line!("label map {}: {warning}", path.display());
     }
     Ok(LabelMap {
         volume: labels_in(source)?,
-        is_in_its_frame,
+        is_in_its_frame: belongs.is_in_its_frame,
+        doubts: belongs.doubts,
     })
 }
 
@@ -132,7 +134,7 @@ pub fn load_label_map(path: &Path) -> Result<OwnedVolume, Box<dyn std::error::Er
     Ok(labels_in(source)?)
 }
 
-/// Opens a label map; with `examination` it is refused where it is known to be of another. With whether it says to be in its frame.
+/// Opens a label map; with `examination` it is refused where it is known to be of another. With how it belongs to that.
 /// The word `phantom` is the structures of the generated patient, whose seed is `seed`, and goes with that patient alone.
 ///
 /// # Errors
@@ -141,7 +143,7 @@ pub(crate) fn open_labels(
     path: &Path,
     examination: Option<&VolumeSpec>,
     seed: u64,
-) -> Result<(Box<dyn VoxelSource>, bool), LoadError> {
+) -> Result<(Box<dyn VoxelSource>, Belongs), LoadError> {
     if is_generated(path) {
         let spacing_mm = match examination.map(|examination| &examination.source) {
             Some(VolumeSource::Phantom { spacing_mm }) => [*spacing_mm; 3],
@@ -152,11 +154,11 @@ pub(crate) fn open_labels(
             }
             None => phantom::DEFAULT_SPACING_MM,
         };
-        return Ok((Box::new(PhantomLabels::new(seed, spacing_mm)?), false));
+        return Ok((Box::new(PhantomLabels::new(seed, spacing_mm)?), Belongs::default()));
     }
     Ok(match segmentation::open(path, examination)? {
-        Some((source, is_in_its_frame)) => (Box::new(source), is_in_its_frame),
-        None => (open(&VolumeSpec::of_path(path.to_owned()), 1)?, false),
+        Some((source, belongs)) => (Box::new(source), belongs),
+        None => (open(&VolumeSpec::of_path(path.to_owned()), 1)?, Belongs::default()),
     })
 }
 

@@ -76,6 +76,8 @@ pub struct StructureSet {
     pub others: Vec<String>,
     /// Whether the file says to be in the frame of reference of the examination.
     pub is_in_its_frame: bool,
+    /// What is doubtful about whose it is, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 #[derive(Debug, Args)]
@@ -221,6 +223,7 @@ impl PlanArgs {
         let map = LabelMap {
             file: path.display().to_string(),
             grid: labels.lies_on(&volume.grid),
+            doubts: labels.doubts.clone(),
             names,
         };
         let error_mm = self.error_mm.or(scene.plan.error_mm);

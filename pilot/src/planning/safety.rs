@@ -16,6 +16,8 @@ pub(crate) struct LabelMap {
     pub(crate) file: String,
     /// How it lies beside the CT.
     pub(crate) grid: GridMatch,
+    /// What is doubtful about whose it is.
+    pub(crate) doubts: Vec<String>,
     pub(crate) names: LabelNames,
 }
 
@@ -37,6 +39,7 @@ pub(crate) struct Safety {
     /// By how much it is moved against the CT, where it is that alone, mm.
     pub(super) moved_mm: Option<[f64; 3]>,
     grid: GridMatch,
+    pub(super) doubts: Vec<String>,
     pub(super) ways: Vec<WaySafety>,
 }
 
@@ -106,6 +109,7 @@ impl Measured {
                 _ => None,
             },
             grid,
+            doubts: self.map.doubts.clone(),
             ways: ways?,
         })
     }
@@ -145,15 +149,16 @@ impl Measured {
 }
 
 impl Safety {
-    /// Whether a way meets a structure, or is not checked in part, or against a map that may be of another CT.
+    /// Whether a way meets a structure, or is not checked in part, or against a map that may be of another CT or is in doubt itself.
     pub(super) fn is_doubtful(&self) -> bool {
-        self.grid.is_doubtful() || self.ways.iter().any(WaySafety::is_doubtful)
+        self.grid.is_doubtful() || !self.doubts.is_empty() || self.ways.iter().any(WaySafety::is_doubtful)
     }
 
     /// For people.
     pub(super) fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!("label map {}", self.label_map)];
         lines.extend(self.grid.is_doubtful().then(|| format!("! {}", self.grid)));
+        lines.extend(self.doubts.iter().map(|doubt| format!("! the label map: {doubt}")));
         lines.extend(self.ways.iter().flat_map(WaySafety::lines));
         lines
     }

@@ -33,6 +33,8 @@ pub(crate) struct Findings {
     label_map_on_grid: Option<bool>,
     /// By how much it is moved against the CT, where that is all that is wrong with it.
     label_map_moved_mm: Option<[f64; 3]>,
+    /// What is doubtful about whose that is, and whether anybody approved of it.
+    label_map_doubts: Option<Vec<String>>,
     #[serde(skip)]
     safety: Vec<String>,
     /// That points lie outside the examination or in its bone, and the like: more than that a way is missing.
@@ -89,6 +91,7 @@ impl Findings {
             examination_warnings: doubts,
             label_map: safety.as_ref().map(|safety| safety.label_map.clone()),
             label_map_on_grid: safety.as_ref().map(|safety| safety.is_on_the_grid),
+            label_map_doubts: safety.as_ref().map(|safety| safety.doubts.clone()),
             label_map_moved_mm: safety.as_ref().and_then(|safety| safety.moved_mm),
             safety: safety.as_ref().map(Safety::lines).unwrap_or_default(),
             structures: safety.map(|safety| safety.ways),

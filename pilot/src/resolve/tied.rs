@@ -194,6 +194,7 @@ mod tests {
         Ok(LabelMap {
             volume,
             is_in_its_frame: false,
+            doubts: Vec::new(),
         })
     }
 

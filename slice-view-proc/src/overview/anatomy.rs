@@ -84,9 +84,12 @@ impl Anatomy {
         }
         if let Some(map) = labels {
             match meanwhile(alive, || structures(&map, volume.grid)) {
-                Ok(mesh) if mesh.is_empty() => cautions.push("NO STRUCTURES FOUND"),
-                Ok(mesh) => {
+                Ok((mesh, _)) if mesh.is_empty() => cautions.push("NO STRUCTURES FOUND"),
+                Ok((mesh, is_doubtful)) => {
                     meshes.push(mesh);
+                    if is_doubtful {
+                        cautions.push("STRUCTURES IN DOUBT");
+                    }
                     if map.is_recorded && map.expected.is_none() {
                         cautions.push("STRUCTURES NOT VERIFIED");
                     }
@@ -124,7 +127,8 @@ fn bone(volume: &VolumeView<'_>, bone_hu: f64) -> Result<Mesh, SurfaceError> {
     surface::bone(&mut field, bone_hu)
 }
 
-fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<Mesh, NoStructures> {
+/// The surfaces of a label map, and whether its reader doubts whose they are; why is told on stderr.
+fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<(Mesh, bool), NoStructures> {
     let labels = (map.load)(map.path, map.examination)?;
     let found = labels.volume.hash.to_string();
     if let Some(expected) = map.expected.filter(|expected| *expected != found) {
@@ -139,7 +143,7 @@ fn structures(map: &LabelFile<'_>, ct: &VolumeGrid) -> Result<Mesh, NoStructures
         grid: &labels.volume.grid,
         read: &mut |z, slice| view.slice(z, slice),
     };
-    Ok(surface::structures(&mut field)?)
+    Ok((surface::structures(&mut field)?, !labels.doubts.is_empty()))
 }
 
 /// Does long work while this thread gives signs of life.
@@ -152,4 +156,59 @@ fn meanwhile<T: Send>(alive: &mut dyn FnMut(), work: impl FnOnce() -> T + Send) 
         }
         working.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bus::message::{Marks, VolumeHash};
+    use bus::volume::{Layout, Voxels};
+    use geometry::Affine;
+
+    fn cube() -> OwnedVolume {
+        let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        let layout = Layout::new([16; 3], [1; 3]).unwrap();
+        let mut voxels = Voxels::zeroed(layout.stored() as usize);
+        for at in 0..4096 {
+            let place = [at % 16, at / 16 % 16, at / 256];
+            voxels[layout.offset(place)] = i16::from(place.iter().all(|i| (4..12).contains(i)));
+        }
+        OwnedVolume {
+            grid: VolumeGrid::checked([16; 3], Affine::from_rows(rows)).unwrap(),
+            layout,
+            voxels,
+            padding_hu: 0,
+            hash: VolumeHash([0; 32]),
+            marks: Marks::NONE,
+        }
+    }
+
+    fn labels(doubts: &[&str]) -> Read<LabelMap> {
+        Ok(LabelMap {
+            volume: cube(),
+            is_in_its_frame: true,
+            doubts: doubts.iter().map(|doubt| (*doubt).to_owned()).collect(),
+        })
+    }
+
+    /// Structures that nobody approved were drawn like any others.
+    #[test]
+    fn structures_in_doubt_are_drawn_and_said_to_be_in_doubt() {
+        let (volume, examination) = (cube(), VolumeSpec::of_path("ct".into()));
+        let loads: [(LoadLabels, &str); 2] = [
+            (|_, _| labels(&[]), "NO BONE FOUND"),
+            (|_, _| labels(&["UNAPPROVED"]), "NO BONE FOUND, STRUCTURES IN DOUBT"),
+        ];
+        for (load, caution) in loads {
+            let map = LabelFile {
+                path: Path::new("organs.dcm"),
+                examination: &examination,
+                load,
+                expected: None,
+                is_recorded: false,
+            };
+            let anatomy = Anatomy::of(&volume.view(), 300.0, Some(map), &mut || {});
+            assert_eq!((anatomy.caution.as_str(), anatomy.meshes.len()), (caution, 1));
+        }
+    }
 }

@@ -25,7 +25,7 @@ use crate::{LoadError, WriteError, WriteOptions};
     volume-loader labels organs.nii.gz --json\n\n\
     A label map is a DICOM segmentation (BINARY, LABELMAP, or FRACTIONAL without a voxel in between), or a volume of whole numbers (NIfTI, \
     NRRD, MetaImage) with names in its header or beside it. A DICOM segmentation is refused where its frame of reference is not that of \
-    --of. The file of --out is read by 3D Slicer with the names, and by a scene as `[plan] labels`. One that ends in .dcm is a DICOM \
+    --of, where both say a patient and not the same, and where its ApprovalStatus is REJECTED. The file of --out is read by 3D Slicer with the names, and by a scene as `[plan] labels`. One that ends in .dcm is a DICOM \
     segmentation (BINARY) of --of, a DICOM series whose voxels those of the map must lie on; segments count from 1 there without a gap.")]
 pub(crate) struct LabelsArgs {
     /// The label map.
@@ -114,7 +114,7 @@ pub(crate) enum LabelsError {
 pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
     check_output(args)?;
     let examination = args.of.as_ref().map(|of| examination(of, args.series));
-    let (source, is_in_its_frame) = open_labels(&args.path, examination.as_ref(), 1)?;
+    let (source, belongs) = open_labels(&args.path, examination.as_ref(), 1)?;
     for warning in source.facts().warnings {
         bus::stderr_line!("volume-loader: warning: {}: {warning}", args.path.display());
     }
@@ -123,9 +123,9 @@ pub(crate) fn run(args: &LabelsArgs) -> Result<(), LabelsError> {
     if let Some(examination) = &examination {
         // Opened, so that a name that leads nowhere is no comparison.
         let ct = *open(examination, phantom::DEFAULT_SEED)?.grid();
-        let lies = GridMatch::of(&volume.grid, &ct).known(is_in_its_frame);
+        let lies = GridMatch::of(&volume.grid, &ct).known(belongs.is_in_its_frame);
         place = Some((examination, ct, lies));
-        let frame = match is_in_its_frame {
+        let frame = match belongs.is_in_its_frame {
             true => "it is in the frame of reference of the examination",
             false => "its frame of reference could not be compared with the examination's",
         };

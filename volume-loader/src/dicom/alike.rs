@@ -1,4 +1,8 @@
-//! One series is of one patient, who lies one way, of one study and of one frame of reference.
+//! One series is of one patient, who lies one way, of one study and of one frame of reference; what else slices say differently is told.
+
+pub(super) mod order;
+pub(super) mod sides;
+pub(super) mod told;
 
 use std::collections::BTreeMap;
 

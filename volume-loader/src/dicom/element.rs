@@ -1,6 +1,7 @@
 //! The values of the data elements that are read. Everything else in a file is passed over, so that nothing of a patient is even held; of
-//! PatientID, and of the name, its issuer, the date of birth and the sex, digests stay ([`Header::patient`](super::header::Header::patient)). Names are read where a person asks, and once for the
-//! bus, on which they are for the operator's screen ([`identity`](super::header::identity)); no error, line or report has them.
+//! PatientID, of the name, its issuer, the date of birth and the sex, and of dates, contrast agents and scanners, digests stay
+//! ([`Header::patient`](super::header::Header::patient), [`Scan`](super::header::scanned::Scan)). Names are read where a person asks, once for the bus, on which they are for
+//! the operator's screen ([`identity`](super::header::identity)), and to be compared ([`person`](super::header::person)); no error, line or report has them.
 
 pub(super) mod groups;
 pub(crate) mod tree;
@@ -131,7 +132,7 @@ impl Elements {
         }
         let is_asked_for = self.besides.iter().any(|(besides, _)| *besides == tag);
         // A name that is longer than any tells no slices apart; who asks for it is told.
-        let is_endless = el::PERSON.contains(&tag) && element.length.is_none_or(|length| u64::from(length) > MAX_VALUE);
+        let is_endless = el::is_only_told(tag) && element.length.is_none_or(|length| u64::from(length) > MAX_VALUE);
         if !is_asked_for && (is_endless || !el::is_read(tag)) {
             return walker.skip(element, coding);
         }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use geometry::GridError;
 
 use super::geometry::GeometryError;
-use super::tag::Tag;
+use super::tag::{self as el, Tag};
 
 /// Why a folder or a series was refused.
 #[derive(Debug, thiserror::Error)]
@@ -274,6 +274,18 @@ pub enum FileError {
         found: String,
         /// What it must be.
         expected: &'static str,
+    },
+    /// Two ways to say where rows and columns point, and each says another.
+    #[error(
+        "{} is \"{found}\", expected {expected}: by one of them the patient is mirrored or turned, and \
+         which of them is right is not known",
+        el::PATIENT_ORIENTATION
+    )]
+    Sides {
+        /// PatientOrientation.
+        found: String,
+        /// The same by the cosines, and these.
+        expected: String,
     },
     /// A slope and an intercept that lead most pixels out of the HU that are held.
     #[error(

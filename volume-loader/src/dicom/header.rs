@@ -3,12 +3,15 @@
 pub(super) mod frames;
 pub(super) mod identity;
 pub(super) mod part;
+pub(crate) mod person;
+pub(super) mod scanned;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use self::frames::Frame;
+use self::scanned::Scan;
 use super::element::Elements;
 use super::error::{DicomError, FileError};
 use super::syntax::{Coding, Syntax};
@@ -49,8 +52,13 @@ pub(crate) struct Header {
     pub patient: Option<u64>,
     /// Digests of [`el::PERSON`], likewise; `None` where a file does not say.
     pub person: [Option<u64>; 5],
+    /// Of which scan it is.
+    pub scan: Scan,
     /// Never shown.
     pub frame_of_reference: String,
+    /// PatientOrientation, and whether its words are a person's.
+    pub sides: Option<String>,
+    pub is_person: bool,
     pub localizer: bool,
     pub columns: u16,
     pub rows: u16,
@@ -177,7 +185,10 @@ impl Header {
                 (el::PATIENT_NAME, name) => name_digest(name),
                 (_, bytes) => digest(bytes),
             }),
+            scan: Scan::of(e),
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).unwrap_or_default(),
+            sides: e.text(el::PATIENT_ORIENTATION),
+            is_person: e.text(el::ANATOMY).is_none_or(|kind| kind != "QUADRUPED"),
             localizer,
             columns: e.u16(el::COLUMNS)?,
             rows: e.u16(el::ROWS)?,

@@ -4,6 +4,7 @@ use std::fmt;
 
 use geometry::VolumeGrid;
 
+use super::alike::{order, sides, told};
 use super::error::DicomError;
 use super::facts::SeriesFacts;
 use super::geometry::Stack;
@@ -166,6 +167,9 @@ fn warnings(series: &Series, headers: &[&Header], stack: &Stack) -> Vec<String> 
         warnings.extend(not_plain_hu(headers));
     }
     warnings.extend(series.doubts.iter().cloned());
+    warnings.extend(told::differences(headers));
+    warnings.extend(order::told(headers));
+    warnings.extend(sides::not_compared(headers));
     // Frames are told apart by it; classic slices of one series are not.
     if let Some(other) = headers.iter().find(|header| header.kernel != first.kernel) {
         warnings.push(format!(

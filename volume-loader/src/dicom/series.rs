@@ -1,5 +1,6 @@
 //! Which slices belong together, and choosing among several stacks of them.
 
+mod apart;
 pub(super) mod whole;
 
 use std::fmt;
@@ -124,17 +125,20 @@ impl Series {
             what: "series",
         })?;
         whole.grouped(&groups);
-        let count = groups.len();
-        let numbered = (1..).zip(groups).map(|(number, (headers, frames_merged))| Self {
-            folder: path.clone(),
-            number: [number, count],
-            ignored,
-            left_out: left_out.clone(),
-            lack: whole.lack(&headers),
-            doubts: whole.warnings(&headers),
-            headers,
-            frames_merged,
-        });
+        let (count, apart) = (groups.len(), apart::told(&groups));
+        let numbered = (1..)
+            .zip(groups)
+            .zip(apart)
+            .map(|((number, (headers, frames_merged)), apart)| Self {
+                folder: path.clone(),
+                number: [number, count],
+                ignored,
+                left_out: left_out.clone(),
+                lack: whole.lack(&headers),
+                doubts: whole.warnings(&headers).into_iter().chain(apart).collect(),
+                headers,
+                frames_merged,
+            });
         Ok(Found {
             series: numbered.collect(),
             ignored,

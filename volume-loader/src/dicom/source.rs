@@ -1,5 +1,6 @@
 //! A DICOM series as an examination.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use bus::message::Marks;
@@ -11,6 +12,7 @@ use super::facts::SeriesFacts;
 use super::fragments::offsets;
 use super::geometry::{GeometryError, Stack};
 use super::header::frames::Concatenation;
+use super::header::person::Person;
 use super::header::{Header, Kind, Placed, identity};
 use super::padding::Padding;
 use super::plan::{self, Take};
@@ -116,10 +118,13 @@ pub(crate) fn has_preamble(path: &Path) -> bool {
 /// What says of which patient and where in her a series is; never shown.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Reference {
-    /// FrameOfReferenceUID.
-    pub frame: Option<String>,
-    /// A digest of PatientID ([`Header::patient`]).
-    pub patient: Option<u64>,
+    /// FrameOfReferenceUID; several where each slice names another one ([`Series::frames_merged`]), and none where none is named.
+    pub frames: BTreeSet<String>,
+    pub person: Person,
+    /// StudyInstanceUID.
+    pub study: Option<String>,
+    /// SeriesInstanceUID.
+    pub series: Option<String>,
 }
 
 /// That of one series; of what is no DICOM there is none.
@@ -134,10 +139,14 @@ pub(crate) fn reference(path: &Path, series: Option<usize>) -> Result<Reference,
     // Slices of several frames of reference are no examination.
     alike::check(&series)?;
     let first = series.headers.first();
-    let frame = first.map(|header| header.frame_of_reference.clone());
+    let frames = series.headers.iter().map(|header| header.frame_of_reference.clone());
     Ok(Reference {
-        frame: frame.filter(|frame| !frame.is_empty()),
-        patient: first.and_then(|header| header.patient),
+        frames: frames.filter(|frame| !frame.is_empty()).collect(),
+        person: Person::of_series(&series.headers)?,
+        study: first
+            .map(|header| header.study.clone())
+            .filter(|study| !study.is_empty()),
+        series: first.and_then(|header| header.series.clone()),
     })
 }
 
@@ -161,6 +170,7 @@ impl DicomSource {
             return Err(lack.into());
         }
         alike::check(series)?;
+        each(&series.headers, alike::sides::check)?;
         let mut slices = each(&series.headers, Slice::of)?;
         offsets::locate(&series.headers, &mut slices)?;
         let placed: Vec<Placed> = each(&series.headers, |header| {

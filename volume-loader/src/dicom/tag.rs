@@ -39,7 +39,17 @@ elements! { NAMES:
     IMAGE_TYPE = (0x0008, 0x0008, "ImageType");
     SOP_CLASS = (0x0008, 0x0016, "SOPClassUID");
     SOP_INSTANCE = (0x0008, 0x0018, "SOPInstanceUID");
+    ACQUISITION_UID = (0x0008, 0x0017, "AcquisitionUID");
+    STUDY_DATE = (0x0008, 0x0020, "StudyDate");
+    SERIES_DATE = (0x0008, 0x0021, "SeriesDate");
+    ACQUISITION_DATE = (0x0008, 0x0022, "AcquisitionDate");
+    CONTENT_DATE = (0x0008, 0x0023, "ContentDate");
+    ACQUISITION_DATETIME = (0x0008, 0x002A, "AcquisitionDateTime");
+    ACQUISITION_TIME = (0x0008, 0x0032, "AcquisitionTime");
+    ACCESSION = (0x0008, 0x0050, "AccessionNumber");
     MODALITY = (0x0008, 0x0060, "Modality");
+    SERIES_DESCRIPTION = (0x0008, 0x103E, "SeriesDescription");
+    SCANNER_MODEL = (0x0008, 0x1090, "ManufacturerModelName");
     VOLUMETRIC = (0x0008, 0x9206, "VolumetricProperties");
     TECHNIQUE = (0x0008, 0x9207, "VolumeBasedCalculationTechnique");
     PATIENT_NAME = (0x0010, 0x0010, "PatientName");
@@ -47,17 +57,24 @@ elements! { NAMES:
     ID_ISSUER = (0x0010, 0x0021, "IssuerOfPatientID");
     BIRTH_DATE = (0x0010, 0x0030, "PatientBirthDate");
     SEX = (0x0010, 0x0040, "PatientSex");
+    ANATOMY = (0x0010, 0x2210, "AnatomicalOrientationType");
+    CONTRAST_AGENT = (0x0018, 0x0010, "ContrastBolusAgent");
     SLICE_THICKNESS = (0x0018, 0x0050, "SliceThickness");
+    KVP = (0x0018, 0x0060, "KVP");
     SPACING_BETWEEN_SLICES = (0x0018, 0x0088, "SpacingBetweenSlices");
+    SCANNER_SERIAL = (0x0018, 0x1000, "DeviceSerialNumber");
     GANTRY_TILT = (0x0018, 0x1120, "GantryDetectorTilt");
     KERNEL = (0x0018, 0x1210, "ConvolutionKernel");
     PATIENT_POSITION = (0x0018, 0x5100, "PatientPosition");
     STUDY = (0x0020, 0x000D, "StudyInstanceUID");
     SERIES = (0x0020, 0x000E, "SeriesInstanceUID");
     SERIES_NUMBER = (0x0020, 0x0011, "SeriesNumber");
+    ACQUISITION_NUMBER = (0x0020, 0x0012, "AcquisitionNumber");
+    PATIENT_ORIENTATION = (0x0020, 0x0020, "PatientOrientation");
     POSITION = (0x0020, 0x0032, "ImagePositionPatient");
     ORIENTATION = (0x0020, 0x0037, "ImageOrientationPatient");
     FRAME_OF_REFERENCE = (0x0020, 0x0052, "FrameOfReferenceUID");
+    SLICE_LOCATION = (0x0020, 0x1041, "SliceLocation");
     CONCATENATION = (0x0020, 0x9161, "ConcatenationUID");
     IN_CONCATENATION = (0x0020, 0x9162, "InConcatenationNumber");
     IN_CONCATENATION_TOTAL = (0x0020, 0x9163, "InConcatenationTotalNumber");
@@ -94,6 +111,7 @@ elements! { NESTED:
     PLANE_POSITION = (0x0020, 0x9113, "PlanePositionSequence");
     PLANE_ORIENTATION = (0x0020, 0x9116, "PlaneOrientationSequence");
     TEMPORAL = (0x0020, 0x9128, "TemporalPositionIndex");
+    FRAME_ACQUISITION = (0x0020, 0x9156, "FrameAcquisitionNumber");
     SHARED_UNASSIGNED = (0x0020, 0x9170, "UnassignedSharedConvertedAttributesSequence");
     FRAME_UNASSIGNED = (0x0020, 0x9171, "UnassignedPerFrameConvertedAttributesSequence");
     CARDIAC_DELAY = (0x0020, 0x9153, "NominalCardiacTriggerDelayTime");
@@ -120,8 +138,12 @@ elements! { SEGMENTED:
     FRACTION_MOST = (0x0062, 0x000E, "MaximumFractionalValue");
 }
 
-// Of structure sets (PS3.3, C.8.8.5 and C.8.8.6).
+// Of structure sets (PS3.3, C.8.8.5 and C.8.8.6), and of which series segmentations and they are made.
 elements! { STRUCTURES:
+    REFERENCED_SERIES = (0x0008, 0x1115, "ReferencedSeriesSequence");
+    REFERENCED_FRAMES = (0x3006, 0x0010, "ReferencedFrameOfReferenceSequence");
+    RT_STUDIES = (0x3006, 0x0012, "RTReferencedStudySequence");
+    RT_SERIES = (0x3006, 0x0014, "RTReferencedSeriesSequence");
     ROIS = (0x3006, 0x0020, "StructureSetROISequence");
     ROI_NUMBER = (0x3006, 0x0022, "ROINumber");
     ROI_FRAME = (0x3006, 0x0024, "ReferencedFrameOfReferenceUID");
@@ -137,7 +159,7 @@ elements! { STRUCTURES:
 }
 
 /// The elements that are read in functional groups.
-pub(crate) const GROUPED: [Tag; 20] = [
+pub(crate) const GROUPED: [Tag; 21] = [
     FRAME_TYPE,
     VOLUMETRIC,
     TECHNIQUE,
@@ -151,6 +173,7 @@ pub(crate) const GROUPED: [Tag; 20] = [
     STACK,
     IN_STACK,
     TEMPORAL,
+    FRAME_ACQUISITION,
     CARDIAC_DELAY,
     CARDIAC_PHASE,
     RESPIRATORY_PHASE,
@@ -161,12 +184,34 @@ pub(crate) const GROUPED: [Tag; 20] = [
 ];
 
 pub(crate) const CHARACTER_SET: Tag = tag(0x0008, 0x0005);
-pub(crate) const STUDY_DATE: Tag = tag(0x0008, 0x0020);
 pub(crate) const STUDY_DESCRIPTION: Tag = tag(0x0008, 0x1030);
-pub(crate) const SERIES_DESCRIPTION: Tag = tag(0x0008, 0x103E);
 
 /// What a series says of one person and of how she lies, besides PatientID.
 pub(crate) const PERSON: [Tag; 5] = [PATIENT_NAME, ID_ISSUER, BIRTH_DATE, SEX, PATIENT_POSITION];
+
+/// What a slice says of the scan it is from, beside [`Header`](super::header::Header)'s own: told where slices of one series differ.
+pub(crate) const SCAN: [Tag; 14] = [
+    ACQUISITION_NUMBER,
+    ACQUISITION_UID,
+    STUDY_DATE,
+    SERIES_DATE,
+    ACQUISITION_DATE,
+    CONTENT_DATE,
+    ACCESSION,
+    SERIES_DESCRIPTION,
+    SCANNER_MODEL,
+    SCANNER_SERIAL,
+    CONTRAST_AGENT,
+    KVP,
+    IMAGE_TYPE,
+    SERIES_NUMBER,
+];
+
+/// Whether an element is only told of a series, or compared where it is said: one that is longer than any is passed over, and refuses no slice.
+pub(crate) fn is_only_told(tag: Tag) -> bool {
+    let more = [ACQUISITION_DATETIME, ACQUISITION_TIME, SLICE_LOCATION];
+    PERSON.contains(&tag) || more.contains(&tag) || SCAN.contains(&tag) && tag != IMAGE_TYPE
+}
 
 /// Elements that name a patient, a visit or a place: held only where a person asks for them, and for the bus.
 pub(crate) const IDENTITY: [(Tag, &str); 12] = [
@@ -177,7 +222,7 @@ pub(crate) const IDENTITY: [(Tag, &str); 12] = [
     (BIRTH_DATE, "PatientBirthDate"),
     (SEX, "PatientSex"),
     (STUDY_DATE, "StudyDate"),
-    (tag(0x0008, 0x0050), "AccessionNumber"),
+    (ACCESSION, "AccessionNumber"),
     (tag(0x0008, 0x0080), "InstitutionName"),
     (STUDY_DESCRIPTION, "StudyDescription"),
     (SERIES_DESCRIPTION, "SeriesDescription"),

@@ -5,11 +5,14 @@ mod entries;
 mod fragments;
 mod headers;
 mod hostile;
+mod mixed;
+mod order;
 mod patient;
 mod pixels;
 mod places;
 mod real_sets;
 mod series;
+mod sides;
 mod whose;
 pub(crate) mod writer;
 

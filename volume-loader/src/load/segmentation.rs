@@ -3,7 +3,8 @@
 //!
 //! A voxel is the number of its segment. Frames lie where their own places and axes put them, on one even grid; those that a writer left
 //! out are planes without a structure, as the standard has it. What would be a guess is refused: voxels of two segments, voxels that are
-//! partly of one, planes between which no step leads, and a frame of reference or a patient that is not the examination's.
+//! partly of one, planes between which no step leads, and a frame of reference or a patient that is not the examination's; and what was
+//! looked at and rejected.
 
 mod error;
 mod groups;
@@ -21,23 +22,23 @@ use scene::VolumeSpec;
 pub use error::SegmentationError;
 pub(crate) use source::SegmentationSource;
 
-use super::frame::reference_of;
+use super::origin::{Belongs, reference_of};
 use crate::dicom;
 use crate::source::ReadError;
 
-/// Opens the segmentation at `path`, which must share the frame of reference and, where both say one, PatientID with `examination`, where that is DICOM too; `None` where it is
-/// no segmentation. With whether both say that frame.
+/// Opens the segmentation at `path`, which must share the frame of reference and what both say of the patient with `examination`, where
+/// that is DICOM too; `None` where it is no segmentation. With how it belongs to that.
 ///
 /// # Errors
 /// [`ReadError`].
 pub(crate) fn open(
     path: &Path,
     examination: Option<&VolumeSpec>,
-) -> Result<Option<(SegmentationSource, bool)>, ReadError> {
+) -> Result<Option<(SegmentationSource, Belongs)>, ReadError> {
     if !dicom::has_preamble(path) {
         return Ok(None);
     }
-    let Some(source) = SegmentationSource::open(path)? else {
+    let Some(mut source) = SegmentationSource::open(path)? else {
         return Ok(None);
     };
     let reference = reference_of(examination)?;
@@ -47,15 +48,17 @@ pub(crate) fn open(
             source,
         })
     };
-    if source
-        .patient()
-        .zip(reference.patient)
-        .is_some_and(|(one, of)| one != of)
-    {
-        return refused(SegmentationError::OtherPatient);
+    let doubts = match source.check_origin(&reference) {
+        Ok(doubts) => doubts,
+        Err(error) => return refused(error.into()),
+    };
+    let is_in_its_frame = !reference.frames.is_empty();
+    if is_in_its_frame && !reference.frames.contains(source.frame_of_reference()) {
+        return refused(SegmentationError::OtherFrame);
     }
-    match reference.frame.map(|expected| expected == source.frame_of_reference()) {
-        Some(false) => refused(SegmentationError::OtherFrame),
-        said => Ok(Some((source, said.is_some()))),
-    }
+    let belongs = Belongs {
+        is_in_its_frame,
+        doubts,
+    };
+    Ok(Some((source, belongs)))
 }

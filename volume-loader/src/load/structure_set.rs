@@ -1,24 +1,27 @@
 //! The points of an RT structure set: regions of interest that are one point each, such as planning systems mark them (DICOM PS3.3, A.19,
 //! C.8.8.5 and C.8.8.6). Places are LPS, mm. Contours are no points and are counted.
 
+mod error;
+
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Seek};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use guidance::plan::MAX_MM;
 use scene::VolumeSpec;
 
-use super::frame::reference_of;
+pub use error::StructureSetError;
+
+use super::origin::{Origin, reference_of};
 use crate::dicom::element::Elements;
 use crate::dicom::element::tree::{Asked, Tree};
-use crate::dicom::error::{DicomError, FileError};
+use crate::dicom::error::FileError;
 use crate::dicom::header::walk;
 use crate::dicom::tag::{self as el, Tag};
 use crate::dicom::text::charset::Charset;
-use crate::dicom::text::digest;
 use crate::dicom::walk::{WalkError, Walker};
 use crate::source::ReadError;
 
@@ -32,6 +35,12 @@ const ASKED: Asked = Asked {
         el::MEDIA_SOP_CLASS,
         el::TRANSFER_SYNTAX,
         el::PATIENT_ID,
+        el::PATIENT_NAME,
+        el::ID_ISSUER,
+        el::BIRTH_DATE,
+        el::SEX,
+        el::STUDY,
+        el::SERIES,
         el::APPROVAL,
         el::ROI_NUMBER,
         el::ROI_FRAME,
@@ -44,7 +53,14 @@ const ASKED: Asked = Asked {
     ],
     // Of contours that are no points.
     long: &[el::CONTOUR_DATA],
-    sequences: &[el::ROIS, el::ROI_CONTOURS, el::CONTOURS],
+    sequences: &[
+        el::REFERENCED_FRAMES,
+        el::RT_STUDIES,
+        el::RT_SERIES,
+        el::ROIS,
+        el::ROI_CONTOURS,
+        el::CONTOURS,
+    ],
 };
 
 /// A point.
@@ -65,53 +81,8 @@ pub struct StructureSet {
     pub others: Vec<String>,
     /// Whether the file says to be in the frame of reference of the examination, which is DICOM then.
     pub is_in_its_frame: bool,
-}
-
-/// Why a structure set gives no points.
-#[derive(Debug, thiserror::Error)]
-pub enum StructureSetError {
-    /// It cannot be read, or an element is not what it must be.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A region of interest of several points.
-    #[error("{}: region of interest {number} ({name:?}) is {found} points: which of them is meant, is not known", path.display())]
-    Several {
-        /// The file.
-        path: PathBuf,
-        /// ROINumber.
-        number: u64,
-        /// ROIName.
-        name: String,
-        /// How many.
-        found: usize,
-    },
-    /// It is of another patient.
-    #[error(
-        "{}: (0010,0020) PatientID: found another than the examination's: one of them is of another patient (values are not shown, as they name a patient)", path.display()
-    )]
-    OtherPatient {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Somebody looked at it and did not approve of it.
-    #[error("{}: (300E,0002) ApprovalStatus: found REJECTED, expected APPROVED or UNAPPROVED: it was looked at and is not to be used", path.display())]
-    Rejected {
-        /// The file.
-        path: PathBuf,
-    },
-    /// It belongs to another examination.
-    #[error(
-        "{}: region of interest {number} ({name:?}) is in another frame of reference than the examination or the points before it \
-         (ReferencedFrameOfReferenceUID): it is a place in another scan, or of another patient", path.display()
-    )]
-    OtherFrame {
-        /// The file.
-        path: PathBuf,
-        /// ROINumber.
-        number: u64,
-        /// ROIName.
-        name: String,
-    },
+    /// What is doubtful about whose it is and whether anybody approved of it, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// A region of interest.
@@ -129,13 +100,11 @@ type Regions = BTreeMap<u64, Region>;
 /// What a file says.
 struct Parsed {
     regions: Regions,
-    /// A digest of PatientID.
-    patient: Option<u64>,
-    is_rejected: bool,
+    origin: Origin,
 }
 
 /// Reads the points of the structure set at `path`; `None` where it is none. A set that was rejected is refused, and where `examination` is
-/// DICOM too, so is one of another PatientID and a point of another frame of reference.
+/// DICOM too, so is one of which both say another patient and a point of another frame of reference.
 ///
 /// # Errors
 /// [`StructureSetError`].
@@ -147,16 +116,15 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
     let Some(parsed) = found else {
         return Ok(None);
     };
-    if parsed.is_rejected {
-        return Err(StructureSetError::Rejected { path: path.to_owned() });
-    }
     let reference = reference_of(Some(examination))?;
-    if parsed.patient.zip(reference.patient).is_some_and(|(set, of)| set != of) {
-        return Err(StructureSetError::OtherPatient { path: path.to_owned() });
-    }
-    let mut frame = reference.frame;
+    let refused = |source| StructureSetError::Origin {
+        path: path.to_owned(),
+        source,
+    };
+    let mut frames = reference.frames.clone();
     let mut set = StructureSet {
-        is_in_its_frame: frame.is_some(),
+        is_in_its_frame: !frames.is_empty(),
+        warnings: parsed.origin.check(&reference).map_err(refused)?,
         ..StructureSet::default()
     };
     for (number, region) in parsed.regions {
@@ -165,7 +133,10 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
             [] => set.others.push(name),
             [ct_mm] if !region.has_other_contours => {
                 // Of an examination that says none, all points must at least be in one.
-                if *frame.get_or_insert_with(|| region.frame.clone()) != region.frame {
+                if frames.is_empty() {
+                    frames.insert(region.frame.clone());
+                }
+                if !frames.contains(&region.frame) {
                     let path = path.to_owned();
                     return Err(StructureSetError::OtherFrame { path, number, name });
                 }
@@ -186,8 +157,14 @@ pub fn structure_set(path: &Path, examination: &VolumeSpec) -> Result<Option<Str
 }
 
 fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Parsed>, WalkError> {
-    let (mut described, mut contours) = (Vec::new(), Regions::new());
+    let (mut described, mut contours, mut series) = (Vec::new(), Regions::new(), Vec::new());
     let elements = Tree::read(walker, &ASKED, |tag, item| match tag {
+        el::REFERENCED_FRAMES => {
+            series.extend(series_of(&item));
+            Ok(())
+        }
+        // Within the frames alone: elsewhere they say nothing.
+        el::RT_STUDIES | el::RT_SERIES | el::CONTOURS => Ok(()),
         el::ROIS => {
             described.push(item);
             Ok(())
@@ -226,10 +203,16 @@ fn parse<R: BufRead + Seek>(walker: &mut Walker<R>) -> Result<Option<Parsed>, Wa
         .into()),
         None => Ok(Some(Parsed {
             regions: contours,
-            patient: elements.get(el::PATIENT_ID).and_then(digest),
-            is_rejected: elements.code(el::APPROVAL).is_some_and(|status| status == "REJECTED"),
+            origin: Origin::of(&elements, series),
         })),
     }
+}
+
+/// The series that a frame of reference of the set names.
+fn series_of(frame: &Tree) -> Vec<String> {
+    let studies = frame.items(el::RT_STUDIES).iter();
+    let series = studies.flat_map(|study| study.items(el::RT_SERIES));
+    series.filter_map(|series| series.values.text(el::SERIES)).collect()
 }
 
 /// Takes the contours of one region.
@@ -273,10 +256,4 @@ fn whole(values: &Elements, tag: Tag) -> Result<u64, FileError> {
 
 fn refused(tag: Tag, found: String, expected: &'static str) -> FileError {
     FileError::Value { tag, found, expected }
-}
-
-impl From<DicomError> for StructureSetError {
-    fn from(error: DicomError) -> Self {
-        Self::Read(error.into())
-    }
 }

@@ -41,18 +41,22 @@ pub(crate) struct Found {
     pub(crate) sections: Vec<Section>,
     /// How the label map lies beside the CT: whether it belongs to it is not known else.
     pub(crate) grid: GridMatch,
+    /// What is doubtful about whose it is, a sentence each.
+    pub(crate) doubts: Rc<[String]>,
     /// What structures are called.
     pub(crate) names: Rc<LabelNames>,
 }
 
-/// The map's structures, what they are called, and whether its file says to be in the frame of reference of the CT.
-type Read = Result<(Structures, LabelNames, bool), String>;
+/// The map's structures, what they are called, whether its file says to be in the frame of reference of the CT, and what is doubtful
+/// about it.
+type Read = Result<(Structures, LabelNames, bool, Vec<String>), String>;
 
 #[derive(Debug)]
 struct Known {
     structures: Structures,
     names: Rc<LabelNames>,
     is_in_its_frame: bool,
+    doubts: Rc<[String]>,
 }
 
 /// The label map of the scene.
@@ -78,7 +82,7 @@ impl Labels {
                 let read = labels.and_then(|labels| {
                     let structures = labels.volume.structures().map_err(|error| named(&error))?;
                     let names = (load.names)(&path).map_err(|error| named(&error))?;
-                    Ok((structures, names, labels.is_in_its_frame))
+                    Ok((structures, names, labels.is_in_its_frame, labels.doubts))
                 });
                 // Nobody listens any more where the window has ended.
                 let _ = told.send(read);
@@ -106,10 +110,11 @@ impl Labels {
         if let Err(why) = &read {
             bus::stderr_line!("window: {why}");
         }
-        let read = read.map(|(structures, names, is_in_its_frame)| Known {
+        let read = read.map(|(structures, names, is_in_its_frame, doubts)| Known {
             structures,
             names: Rc::new(names),
             is_in_its_frame,
+            doubts: doubts.into(),
         });
         (self.read, self.reading, self.asked) = (Some(read), None, None);
         true
@@ -141,6 +146,7 @@ fn found(known: &Known, way: &Trajectory, radius_mm: f64, grid: Option<&VolumeGr
             clearances: structures.clearance(&tube, WITHIN_MM)?,
             sections: structures.profile(&tube, SECTIONS, WITHIN_MM)?,
             grid: grid.map_or(GridMatch::Other, lies),
+            doubts: known.doubts.clone(),
             names: known.names.clone(),
         })
     });

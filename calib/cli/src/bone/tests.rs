@@ -94,6 +94,7 @@ fn labels(path: &std::path::Path, _: &VolumeSpec) -> Read<LabelMap> {
     Ok(LabelMap {
         volume,
         is_in_its_frame: true,
+        doubts: Vec::new(),
     })
 }
 

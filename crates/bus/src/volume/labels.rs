@@ -12,6 +12,8 @@ pub struct LabelMap {
     pub volume: OwnedVolume,
     /// Whether its file says to be in the frame of reference of the examination.
     pub is_in_its_frame: bool,
+    /// What is doubtful about whose it is, and whether anybody approved of it, a sentence each.
+    pub doubts: Vec<String>,
 }
 
 impl LabelMap {

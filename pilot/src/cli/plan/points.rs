@@ -329,6 +329,9 @@ fn tell(path: &Path, file: &Markups, taken: &Taken, set: Option<&StructureSet>) 
     bus::stderr_line!(
         "pilot: {path}: {targets} targets, {entries} entries and {measures} measures. {whose}: look at each of them on the images"
     );
+    for warning in set.map(|set| set.warnings.as_slice()).unwrap_or_default() {
+        bus::stderr_line!("pilot: {path}: warning: {warning}");
+    }
     if let Some(others) = set.map(|set| &set.others).filter(|others| !others.is_empty()) {
         let count = others.len();
         bus::stderr_line!("pilot: {path}: {count} regions of interest are no points and were left out: {others:?}");

@@ -61,6 +61,8 @@ pub(crate) struct Content {
     pub stack: Option<Label>,
     pub in_stack: Option<u32>,
     pub temporal: Option<u32>,
+    /// FrameAcquisitionNumber; only told.
+    pub acquisition: Option<u16>,
 }
 
 #[derive(Debug, Clone, Default)]
@@ -153,6 +155,7 @@ impl Group {
                     stack: e.label(el::STACK),
                     in_stack: e.u32(el::IN_STACK)?,
                     temporal: e.u32(el::TEMPORAL)?,
+                    acquisition: e.u16(el::FRAME_ACQUISITION).ok(),
                 });
             }
             el::CT_FRAME_TYPE => {

@@ -18,6 +18,8 @@ pub(crate) struct Frame {
     pub part: Part,
     /// InStackPositionNumber; compared with the place, never taken for it.
     pub in_stack: Option<u32>,
+    /// FrameAcquisitionNumber.
+    pub acquisition: Option<u16>,
     pub concatenation: Option<Concatenation>,
     /// By which element and value its pixels do not lie where its place and its axes put them.
     pub distorted: Option<(Tag, String)>,
@@ -102,6 +104,7 @@ pub(super) fn each(file: &Header, e: &Elements) -> Result<Vec<Header>, FileError
             ..Part::default()
         },
         in_stack: None,
+        acquisition: None,
         concatenation,
         distorted: None,
         tables: e.tables,
@@ -171,6 +174,7 @@ fn one_frame(file: &Header, frame: Frame, group: &Group) -> Result<Header, FileE
         frame: Some(Frame {
             part,
             in_stack: content.in_stack,
+            acquisition: content.acquisition,
             distorted: properties
                 .into_iter()
                 .find(|(_, value)| NO_SLICES.contains(&value.as_str())),

@@ -1,6 +1,7 @@
 //! Why a segmentation is no label map.
 
 use crate::dicom::geometry::CORNER_MAX_MM;
+use crate::load::origin::OriginError;
 
 /// Why a segmentation of DICOM is no label map. Frames count from 1, as the standard counts them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -120,12 +121,9 @@ pub enum SegmentationError {
         /// The transfer syntax.
         found: &'static str,
     },
-    /// It is of another patient.
-    #[error(
-        "(0010,0020) PatientID: found another than the examination's: one of them is of another patient (values are not shown, as they name a \
-         patient)"
-    )]
-    OtherPatient,
+    /// It is of another patient, or was rejected.
+    #[error(transparent)]
+    Origin(#[from] OriginError),
     /// It belongs to another examination.
     #[error(
         "its places are in another frame of reference than the examination's (FrameOfReferenceUID): they are places in another scan, or of \

@@ -56,6 +56,8 @@ impl Group {
 #[derive(Debug, Default)]
 pub(super) struct Sequences {
     pub segments: Vec<Tree>,
+    /// Of the series that it was made of.
+    pub series: Vec<String>,
     shared: Vec<Group>,
     pub frames: Vec<Group>,
 }
@@ -64,6 +66,7 @@ impl Sequences {
     pub(super) fn take(&mut self, tag: el::Tag, item: Tree) -> Result<(), FileError> {
         match tag {
             el::SEGMENTS => self.segments.push(item),
+            el::REFERENCED_SERIES => self.series.extend(item.values.text(el::SERIES)),
             el::SHARED_GROUPS => self.shared.push(Group::of(&item)?),
             el::FRAME_GROUPS => {
                 let number = self.frames.len() as u32 + 1;

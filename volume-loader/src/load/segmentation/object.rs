@@ -12,8 +12,8 @@ use crate::dicom::header::{Placed, placed, walk};
 use crate::dicom::syntax::{Coding, PixelCoding};
 use crate::dicom::tag as el;
 use crate::dicom::text::charset::Charset;
-use crate::dicom::text::digest;
 use crate::dicom::walk::{Element, WalkError, Walker};
+use crate::load::origin::Origin;
 use crate::source::ReadError;
 
 /// Pixels of a frame, as of a slice.
@@ -26,6 +26,13 @@ const ASKED: Asked = Asked {
         el::MEDIA_SOP_CLASS,
         el::TRANSFER_SYNTAX,
         el::PATIENT_ID,
+        el::PATIENT_NAME,
+        el::ID_ISSUER,
+        el::BIRTH_DATE,
+        el::SEX,
+        el::STUDY,
+        el::SERIES,
+        el::APPROVAL,
         el::FRAME_OF_REFERENCE,
         el::SAMPLES,
         el::FRAMES,
@@ -47,6 +54,7 @@ const ASKED: Asked = Asked {
     ],
     long: &[],
     sequences: &[
+        el::REFERENCED_SERIES,
         el::FRAME_CONTENT,
         el::SEGMENTS,
         el::SHARED_GROUPS,
@@ -90,8 +98,7 @@ pub(super) struct Object {
     pub step_mm: Option<f64>,
     /// Never shown.
     pub frame_of_reference: String,
-    /// A digest of PatientID.
-    pub patient: Option<u64>,
+    pub origin: Origin,
     pub pixels: Element,
 }
 
@@ -161,7 +168,7 @@ impl Object {
             frame_of_reference: e.text(el::FRAME_OF_REFERENCE).ok_or(FileError::Missing {
                 tag: el::FRAME_OF_REFERENCE,
             })?,
-            patient: e.get(el::PATIENT_ID).and_then(digest),
+            origin: Origin::of(e, sequences.series.clone()),
             pixels,
         };
         if !sequences.is_of_one_time()? {

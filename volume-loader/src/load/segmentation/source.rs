@@ -10,8 +10,10 @@ use geometry::VolumeGrid;
 use super::error::SegmentationError;
 use super::lattice::{Lattice, LatticeError};
 use super::object::{Cells, Object, Refused};
+use crate::dicom::Reference;
 use crate::dicom::error::DicomError;
 use crate::dicom::geometry::GeometryError;
+use crate::load::origin::OriginError;
 use crate::source::{Conversion, Facts, Place, ReadError, Turn, VoxelSource};
 
 /// One segmentation, read plane by plane; voxels are SegmentNumbers, 0 for none.
@@ -21,6 +23,8 @@ pub(crate) struct SegmentationSource {
     file: File,
     object: Object,
     lattice: Lattice,
+    /// What is doubtful about whose it is.
+    told: Vec<String>,
     turn: Turn,
     /// Voxels of each segment so far.
     voxels: BTreeMap<i16, u64>,
@@ -43,6 +47,7 @@ impl SegmentationSource {
             path: path.to_owned(),
             file,
             lattice,
+            told: Vec::new(),
             turn: Turn::default(),
             voxels: object.segments.iter().map(|(segment, _)| (*segment, 0)).collect(),
             object,
@@ -55,9 +60,13 @@ impl SegmentationSource {
         &self.object.frame_of_reference
     }
 
-    /// A digest of PatientID; never shown.
-    pub(crate) fn patient(&self) -> Option<u64> {
-        self.object.patient
+    /// Holds it against the examination that it is to be of: what is doubtful, which [`VoxelSource::facts`] tells from then on too.
+    ///
+    /// # Errors
+    /// [`OriginError`].
+    pub(crate) fn check_origin(&mut self, examination: &Reference) -> Result<Vec<String>, OriginError> {
+        self.told = self.object.origin.check(examination)?;
+        Ok(self.told.clone())
     }
 
     /// The segments with their names, in the order of the file.
@@ -243,13 +252,13 @@ impl VoxelSource for SegmentationSource {
 
     fn facts(&self) -> Facts {
         let planes = self.lattice.frames.iter().filter(|frames| frames.is_empty()).count();
-        let warnings = match planes {
-            0 => Vec::new(),
-            _ => vec![format!(
+        let mut warnings = self.told.clone();
+        if planes > 0 {
+            warnings.push(format!(
                 "{planes} of its {} planes have no frame, and count as planes without a structure",
                 self.lattice.frames.len()
-            )],
-        };
+            ));
+        }
         Facts {
             warnings,
             ..Facts::default()

@@ -1,6 +1,8 @@
 //! Segmentations made by hand, element by element: where voxels come to lie, and what is refused by which name. Those that other programs
 //! wrote are read in `tests/cli`.
 
+mod origin;
+
 use std::path::{Path, PathBuf};
 
 use super::*;
@@ -103,6 +105,10 @@ impl Made {
     }
 
     fn bytes(&self) -> Vec<u8> {
+        self.file().bytes()
+    }
+
+    fn file(&self) -> File {
         let mut file = File {
             coding: self.coding,
             syntax: "1.2.840.10008.1.2.1".to_owned(),
@@ -136,8 +142,8 @@ impl Made {
         bytes.resize(bytes.len().next_multiple_of(2), 0);
         file.raw((0x7FE0, 0x0010), "OB", &bytes);
         match self.coding {
-            Coding::Explicit => file.bytes(),
-            coding => file.coded(coding).bytes(),
+            Coding::Explicit => file,
+            coding => file.coded(coding),
         }
     }
 
@@ -438,8 +444,8 @@ fn a_segmentation_of_another_frame_of_reference_is_refused() {
     }
     let examination = VolumeSpec::of_path(series.path().to_owned());
     let (_folder, path) = Made::new().put();
-    assert!(open_labels(&path, Some(&examination), 1).unwrap().1);
-    assert!(!open_labels(&path, None, 1).unwrap().1);
+    assert!(open_labels(&path, Some(&examination), 1).unwrap().1.is_in_its_frame);
+    assert!(!open_labels(&path, None, 1).unwrap().1.is_in_its_frame);
     let other = Made {
         frame_of_reference: "1.2.3.4.7",
         ..Made::new()

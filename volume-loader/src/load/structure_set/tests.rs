@@ -1,5 +1,7 @@
 //! Structure sets made by hand; those that other programs wrote are read in `tests/cli`.
 
+mod origin;
+
 use super::*;
 use crate::dicom::tests::writer::{Coding, File, Value};
 

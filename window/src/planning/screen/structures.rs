@@ -24,6 +24,9 @@ fn named(found: &Found, error_mm: Option<f64>, lines: &mut Lines<'_, '_>) {
     if found.grid.is_doubtful() {
         lines.put_all(&found.grid.to_string(), Tone::Warning);
     }
+    for doubt in found.doubts.iter() {
+        lines.put_all(&format!("The label map: {doubt}"), Tone::Warning);
+    }
     for [from, to] in found.clearances.coverage.outside_mm() {
         let text = format!("NOT CHECKED from {from:.1} to {to:.1} mm: outside the label map");
         lines.put(&text, Tone::Alarm);

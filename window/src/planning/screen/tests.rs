@@ -91,6 +91,7 @@ fn found(desk: &Desk, plan: &Plan) -> Beside {
         clearances: structures.clearance(&tube, WITHIN_MM).unwrap(),
         sections: structures.profile(&tube, 150, WITHIN_MM).unwrap(),
         grid: GridMatch::Other,
+        doubts: Rc::new([]),
         names: Rc::new(names()),
     }))
 }
@@ -375,6 +376,23 @@ fn a_drag_with_ctrl_changes_the_window_and_moves_no_point() {
         (found.width_hu, found.centre_hu),
         (window.width_hu + 60.0, window.centre_hu + 40.0)
     );
+}
+
+/// A segmentation that nobody approved was like any other on the screen.
+#[test]
+fn what_is_doubtful_about_a_label_map_stands_on_the_screen() {
+    let mut stage = Stage::new(plan(), SCREENS[0]);
+    let Beside::Found(found) = &mut stage.beside else {
+        panic!("a label map was found");
+    };
+    found.doubts = Rc::new(["nobody said that it is right".to_owned()]);
+    let words = stage.frame(Vec::new()).words.0;
+    let text: String = words
+        .iter()
+        .map(|placed| placed.text.as_str())
+        .collect::<Vec<_>>()
+        .join(" ");
+    assert!(text.contains("The label map: nobody said that it is right"), "{text}");
 }
 
 /// What stands on the planning screen is in its accessibility tree, word for word, and nothing else is.

@@ -218,3 +218,19 @@ fn two_files_that_name_one_object_are_two() {
     let error = folder.open().map(|_| ()).unwrap_err();
     assert!(matches!(error, DicomError::Several { count: 2, .. }), "{error}");
 }
+
+/// Frames of two scans that nothing else tells apart were one volume without a word.
+#[test]
+fn frames_of_several_acquisitions_are_told_with_how_many_there_are_of_each() {
+    let mut enhanced = Enhanced::of(4);
+    for (k, frame) in enhanced.frames.iter_mut().enumerate() {
+        frame.group(
+            made::CONTENT_GROUP,
+            vec![((0x0020, 0x9156), Value::Us(1 + k as u16 % 2))],
+        );
+    }
+    let warnings = enhanced.folder().open().unwrap().series_facts().warnings.clone();
+    let words =
+        "(0020,9156) FrameAcquisitionNumber is not the same in all slices: 1 in 2, 2 in 2, in turns along the stack:";
+    assert!(warnings.len() == 1 && warnings[0].starts_with(words), "{warnings:?}");
+}
