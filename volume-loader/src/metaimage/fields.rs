@@ -92,6 +92,7 @@ impl Fields {
                 Some(name) => add(&mut fields, Field { name, line, text })?,
                 None => {
                     right_letters(line, name)?;
+                    claims.passed_over(line, name);
                     claim(&mut claims, name, &text);
                 }
             }

@@ -22,7 +22,7 @@ pub(crate) fn ct_from_voxel(
 ) -> Result<(Affine<Ct, Voxel>, Remarks), MetaImageError> {
     let mut remarks = Remarks::default();
     let mm = mm_per_unit(fields, &mut remarks)?;
-    let spacing = spacing(fields)?;
+    let spacing = spacing(fields, &mut remarks)?;
     check_centre(fields)?;
     let directions = directions(fields, options, &mut remarks)?;
     let origin = origin(fields, options, &mut remarks)?;
@@ -56,9 +56,15 @@ fn mm_per_unit(fields: &Fields, remarks: &mut Remarks) -> Result<f64, MetaImageE
 }
 
 /// Distances of voxels; their sizes are the same where only these are told.
-fn spacing(fields: &Fields) -> Result<[f64; 3], MetaImageError> {
+fn spacing(fields: &Fields, remarks: &mut Remarks) -> Result<[f64; 3], MetaImageError> {
     let field = match fields.get("ElementSpacing") {
-        Some(field) => field,
+        Some(field) => {
+            let size = fields.get("ElementSize").map(|size| numbers::<f64, 3>(&size.text));
+            if size.is_some_and(|size| size != numbers(&field.text)) {
+                remarks.doubt("ElementSize is not ElementSpacing, which is taken");
+            }
+            field
+        }
         None => fields.need("ElementSize", "ElementSpacing: the distances of voxels")?,
     };
     let positive = |steps: &[f64; 3]| steps.iter().all(|&step| step > 0.0);
@@ -84,7 +90,7 @@ fn directions(fields: &Fields, options: OpenOptions, remarks: &mut Remarks) -> R
             return Err(MetaImageError::NoOrientation { field });
         }
         if let Some(told) = fields.get("AnatomicalOrientation") {
-            told_otherwise(told, &rows(IDENTITY))?;
+            remarks.doubts.extend(told_otherwise(told, &rows(IDENTITY))?);
         }
         remarks.doubt("NO ORIENTATION IN THE FILE: its axes are taken as LPS, the format's default");
         return Ok(rows(IDENTITY));
@@ -93,9 +99,7 @@ fn directions(fields: &Fields, options: OpenOptions, remarks: &mut Remarks) -> R
     let directions = rows(matrix);
     check_directions(field, &directions, remarks)?;
     if let Some(told) = fields.get("AnatomicalOrientation") {
-        told_otherwise(told, &directions)?
-            .into_iter()
-            .for_each(|doubt| remarks.doubt(doubt));
+        remarks.doubts.extend(told_otherwise(told, &directions)?);
     }
     Ok(directions)
 }

@@ -39,8 +39,16 @@ const FIELDS: [&str; 30] = [
     "data file",
 ];
 
-/// Those of them that say where voxels lie.
-const PLACES: [&str; 6] = [
+/// Those of them that say where voxels lie and how they are stored.
+const PLACES: [&str; 14] = [
+    "dimension",
+    "sizes",
+    "axis mins",
+    "axis maxs",
+    "endian",
+    "encoding",
+    "line skip",
+    "byte skip",
     "space",
     "spacings",
     "space directions",

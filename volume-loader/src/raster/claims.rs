@@ -3,7 +3,9 @@
 
 mod words;
 
-use words::{HU, LENGTHS, META, MODALITIES, NO_CT, NUMBERS, RESCALE};
+use words::{HU, LENGTHS, META, MODALITIES, NO_CT, NUMBERS, PLACES, RESCALE};
+
+const PASSED_OVER: &str = "a field about places that is none of the format's was passed over";
 
 /// What was found in a header's texts.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -54,7 +56,15 @@ impl Claims {
             }
         }
         let lower = text.to_ascii_lowercase();
-        let mut words = lower.split(|c: char| !c.is_alphanumeric());
+        let words = lower.split(|c: char| !c.is_alphanumeric());
+        let behind_in = words
+            .clone()
+            .zip(words.clone().skip(1))
+            .filter(|(before, _)| *before == "in");
+        for (_, unit) in behind_in.filter(|(_, unit)| unit.chars().count() > 1) {
+            self.of_length(whose, unit);
+        }
+        let mut words = words;
         if let Some(found) = words.find_map(|word| NO_CT.into_iter().find(|no_ct| *no_ct == word)) {
             self.no_ct(whose, found, None);
         }
@@ -99,11 +109,25 @@ impl Claims {
 
     fn of_unit(&mut self, whose: &str, value: &str) {
         let lower = value.to_lowercase();
-        let find = |known: &'static [&'static str]| known.iter().find(|known| **known == lower);
-        if let Some(unit) = find(&LENGTHS) {
-            self.doubt(format!("{whose} has the unit {unit}: look whether lengths are right"));
-        } else if let Some(unit) = find(&NUMBERS) {
+        self.of_length(whose, &lower);
+        if let Some(unit) = NUMBERS.iter().find(|known| **known == lower) {
             self.doubt(format!("{whose} has the unit {unit}: its numbers may not be HU"));
+        }
+    }
+
+    fn of_length(&mut self, whose: &str, word: &str) {
+        if let Some(unit) = LENGTHS.iter().find(|known| **known == word) {
+            self.doubt(format!("{whose} has the unit {unit}: look whether lengths are right"));
+        }
+    }
+
+    /// A key that no program reads; one about places is a doubt.
+    pub(crate) fn passed_over(&mut self, line: usize, key: &str) {
+        let key = key.to_ascii_lowercase();
+        let is_place = PLACES.into_iter().any(|word| key.ends_with(word));
+        // Of many one is enough.
+        if is_place && !self.doubts.iter().any(|doubt| doubt.starts_with(PASSED_OVER)) {
+            self.doubts.push(format!("{PASSED_OVER}: line {line}"));
         }
     }
 
@@ -160,6 +184,7 @@ mod tests {
             ("a; modality = \"MET_MOD_US\", b", "not a CT (US", Some("US")),
             ("Modality=XYZ", "a modality that is not CT", None),
             ("units: cm", "the unit cm: look whether lengths", None),
+            ("all lengths in cm, or so", "the unit cm: look whether lengths", None),
             ("DistanceUnits = inch", "the unit inch", None),
             ("intensity_units: SUV", "the unit suv: its numbers", None),
             ("RescaleType: US", "RescaleType is US, not HU", None),

@@ -179,6 +179,12 @@ fn what_is_doubtful_is_a_warning() {
     assert_eq!(of(&["DistanceUnits = cm"]), "lengths converted from cm");
     assert!(of(&["TransformMatrix="]).contains("NO ORIENTATION IN THE FILE"));
     assert!(of(&["Offset="]).contains("no origin in the file"));
+    assert!(
+        of(&["ElementOrigin = 9 9 9", "ElementDirection = -1 0 0 0 1 0 0 0 1"]).ends_with("was passed over: line 10")
+    );
+    assert_eq!(of(&["ElementSize = 1 1 1.0"]), "");
+    assert!(of(&["ElementSize = 1 1 2"]).contains("ElementSize is not ElementSpacing"));
+    assert!(of(&["TransformMatrix=", "AnatomicalOrientation = LPS"]).contains("where they come from is RAI"));
     assert!(of(&["AnatomicalOrientation = LPS"]).contains("where they come from is RAI"));
 }
 

@@ -111,7 +111,14 @@ fn a_unit_or_a_space_that_is_said_elsewhere_is_not_passed_over() {
     ] {
         read(more).unwrap_or_else(|error| panic!("{more:?}: {error}"));
     }
-    for key in ["space:=RAS", "Space Units:=\"m\"", "units:=m"] {
+    for key in [
+        "space:=RAS",
+        "Space Units:=\"m\"",
+        "units:=m",
+        "sizes:=9 9 9",
+        "endian:=big",
+        "byte skip:=8",
+    ] {
         assert!(read(&[key]).unwrap_err().to_string().contains("before :="), "{key}");
     }
 }

@@ -86,3 +86,5 @@ pub(super) const NUMBERS: [&str; 22] = [
 pub(super) const RESCALE: [&str; 8] = ["OD", "US", "MGML", "Z_EFF", "ED", "EDW", "HU_MOD", "PCT"];
 /// HU, in small letters.
 pub(super) const HU: [&str; 5] = ["hu", "hounsfield", "hounsfieldunit", "hounsfieldunits", "[hnsf'u]"];
+/// Ends of keys about places, in small letters.
+pub(super) const PLACES: [&str; 6] = ["origin", "spacing", "direction", "directions", "offset", "matrix"];
