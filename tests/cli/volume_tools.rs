@@ -486,7 +486,11 @@ fn what_is_doubtful_about_a_text_header_is_among_the_warnings() {
     let text = tool(&world, &["inspect", "--json", path.to_str().unwrap()]);
     let summary: Value = serde_json::from_str(&text).unwrap();
     let warnings = summary["warnings"].to_string();
-    for words in ["lengths converted from cm", "not a CT (MR, by Modality)", "and 5 more follow"] {
+    for words in [
+        "lengths converted from cm",
+        "not a CT (MR, by Modality)",
+        "and 5 more follow",
+    ] {
         assert!(warnings.contains(words), "{words}: {warnings}");
     }
     let folder = world.path("as-ct");
@@ -496,5 +500,9 @@ fn what_is_doubtful_about_a_text_header_is_among_the_warnings() {
         "not a CT but of the modality MR | say --unmarked",
     );
     assert!(!folder.exists());
-    assert_eq!(summary["modality"].as_str().or(summary["extra"]["modality"].as_str()), Some("MR"), "{text}");
+    assert_eq!(
+        summary["modality"].as_str().or(summary["extra"]["modality"].as_str()),
+        Some("MR"),
+        "{text}"
+    );
 }
