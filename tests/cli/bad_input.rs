@@ -193,7 +193,11 @@ fn volumes_larger_than_memory_are_refused() {
     let room = Room::new();
     let scene = room.scene_on("large.nii.gz");
     let write = |slices| {
+        // Voxels of 1 mm: of 20 mm they would lie where no patient is.
         let header = Nifti::header().dims([4096, 4096, slices]);
+        let header = (0..3).fold(header, |header, axis| {
+            header.f32(80 + 4 * axis, 1.0).f32(280 + 20 * axis, 1.0)
+        });
         fs::write(room.path("large.nii.gz"), header.gzip()).unwrap();
     };
     write(256);

@@ -472,3 +472,37 @@ fn bombs_end_at_once() {
     // They end in milliseconds; what is asserted is that nothing went through gigabytes.
     assert!(began.elapsed().as_secs() < 60);
 }
+
+/// They stood in the line of the format alone: a person who looks at warnings saw none.
+#[test]
+fn what_is_doubtful_about_a_text_header_is_among_the_warnings() {
+    let world = World::new();
+    let head = "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n\
+                Offset = 0 0 0\nElementSpacing = 1 1 1\nDistanceUnits = cm\nModality = MET_MOD_MR\nDimSize = 2 3 2\nElementType = MET_SHORT\n\
+                ElementDataFile = LOCAL\n";
+    let bytes = [head.as_bytes(), &[0; 24 + 5]].concat();
+    fs::write(world.path("mr.mha"), bytes).unwrap();
+    let path = world.path("mr.mha");
+    let text = tool(&world, &["inspect", "--json", path.to_str().unwrap()]);
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    let warnings = summary["warnings"].to_string();
+    for words in [
+        "lengths converted from cm",
+        "not a CT (MR, by Modality)",
+        "and 5 more follow",
+    ] {
+        assert!(warnings.contains(words), "{words}: {warnings}");
+    }
+    let folder = world.path("as-ct");
+    refused(
+        &world,
+        &["export", path.to_str().unwrap(), folder.to_str().unwrap()],
+        "not a CT but of the modality MR | say --unmarked",
+    );
+    assert!(!folder.exists());
+    assert_eq!(
+        summary["modality"].as_str().or(summary["extra"]["modality"].as_str()),
+        Some("MR"),
+        "{text}"
+    );
+}

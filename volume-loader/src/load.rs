@@ -168,6 +168,9 @@ pub(crate) fn open_labels(
 /// [`LoadError`]; [`LoadError::NotLabels`] where a voxel would have to be changed.
 pub(crate) fn labels_in(mut source: Box<dyn VoxelSource>) -> Result<OwnedVolume, LoadError> {
     let (volume, changed) = counted(source.as_mut())?;
+    for remark in source.remarks() {
+        bus::stderr_line!("label map: {remark}");
+    }
     let clamped = changed.clamped_low + changed.clamped_high;
     match changed.rounded + changed.not_finite + clamped {
         0 => Ok(volume),

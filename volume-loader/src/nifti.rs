@@ -6,6 +6,7 @@
 mod error;
 mod fields;
 mod header;
+mod meaning;
 mod orientation;
 mod reader;
 mod writer;

@@ -6,11 +6,12 @@
 
 mod error;
 mod fields;
-
 mod header;
+mod lists;
 mod place;
 mod reader;
 mod types;
+mod units;
 mod writer;
 
 #[cfg(test)]

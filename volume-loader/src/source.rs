@@ -106,6 +106,14 @@ pub struct Facts {
     pub extra: serde_json::Map<String, serde_json::Value>,
 }
 
+impl Facts {
+    /// The kind of scanner by DICOM's word as the one fact of a format, where it is told.
+    pub(crate) fn modality(word: Option<&str>) -> serde_json::Map<String, serde_json::Value> {
+        let facts = word.into_iter().map(|word| ("modality".to_owned(), word.into()));
+        facts.collect()
+    }
+}
+
 /// How many voxels were changed on their way to `i16`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Conversion {

@@ -31,6 +31,8 @@ pub(crate) struct Stream {
     position: u64,
     /// Bytes that there are, where that is known beforehand.
     length: Option<u64>,
+    /// Of a compressed stream: bytes of the file from its first on, and the most that belong to it.
+    packed: [u64; 2],
 }
 
 type Buffered = BufReader<Take<File>>;
@@ -63,7 +65,7 @@ impl Stream {
         let gzip = length >= 2 && starts_as_gzip(&mut file).map_err(unreadable)?;
         file.rewind().map_err(unreadable)?;
         let packing = if gzip { Packing::Gzip } else { Packing::Plain };
-        Ok(Self::over(path, file.take(u64::MAX), packing, 0, length))
+        Ok(Self::over(path, file.take(u64::MAX), packing, [0, length]))
     }
 
     /// Opens `path` at byte `offset`, where at most `limit` bytes belong to the stream; nothing is guessed but whether
@@ -84,12 +86,13 @@ impl Stream {
             }
             file.seek(SeekFrom::Start(offset)).map_err(unreadable)?;
         }
-        Ok(Self::over(path, file.take(limit), packing, offset, length))
+        Ok(Self::over(path, file.take(limit), packing, [offset, length]))
     }
 
-    fn over(path: &Path, file: Take<File>, packing: Packing, offset: u64, length: u64) -> Self {
+    fn over(path: &Path, file: Take<File>, packing: Packing, [offset, length]: [u64; 2]) -> Self {
         let plain = packing == Packing::Plain;
         Self {
+            packed: [length.saturating_sub(offset), file.limit()],
             path: path.to_owned(),
             input: Input::new(BufReader::with_capacity(BUFFER_BYTES, file), packing),
             position: if plain { offset } else { 0 },
@@ -140,11 +143,11 @@ impl Stream {
         Ok(())
     }
 
-    /// Reads on to the end, which makes a compressed stream check its length and checksum; at most `most` more bytes.
+    /// Reads on to the end, which makes a compressed stream check its length and checksum; at most `most` more bytes, whose number is given.
     ///
     /// # Errors
     /// As [`Stream::fill`], and [`ReadError::TooLong`].
-    pub(crate) fn drain(&mut self, most: u64) -> Result<(), ReadError> {
+    pub(crate) fn drain(&mut self, most: u64) -> Result<u64, ReadError> {
         let expected = self.position;
         let mut unused = [0; 4096];
         while self.read(&mut unused, Place::End, expected)? > 0 {
@@ -156,7 +159,18 @@ impl Stream {
                 });
             }
         }
-        Ok(())
+        Ok(self.position - expected)
+    }
+
+    /// Bytes of the file behind those of a compressed stream that was read to its end; 0 where it is not compressed.
+    pub(crate) fn packed_behind(&self) -> u64 {
+        let [there, limit] = self.packed;
+        match &self.input {
+            Input::Plain(_) => 0,
+            // Of several gzip streams each is read.
+            Input::Gzip(_) => there.saturating_sub(limit),
+            Input::Zlib(decoder) => there.saturating_sub(decoder.total_in()),
+        }
     }
 
     /// Some of the next bytes; none at the end.

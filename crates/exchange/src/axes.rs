@@ -26,22 +26,6 @@ impl PatientAxes {
         }
     }
 
-    /// From the word, or the number that 3D Slicer wrote before it had words.
-    pub fn of_word(word: &str) -> Option<Self> {
-        match word {
-            "LPS" | "1" => Some(Self::Lps),
-            "RAS" | "0" => Some(Self::Ras),
-            _ => None,
-        }
-    }
-
-    /// Those that a text has the words of, in whatever case: `exported in RAS`.
-    pub(crate) fn named_in(text: &str) -> Vec<Self> {
-        let words = text.split(|c: char| !c.is_ascii_alphanumeric());
-        let is_in = |axes: &Self| words.clone().any(|word| word.eq_ignore_ascii_case(axes.name()));
-        Self::ALL.into_iter().filter(is_in).collect()
-    }
-
     /// Components along these axes as components along LPS, and LPS as these: the same turn about the third axis by
     /// half a circle. Exact.
     pub fn turned(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
@@ -108,12 +92,8 @@ mod tests {
         let v = [1.5, -2.0, 0.0];
         for axes in PatientAxes::ALL {
             assert_eq!(axes.turned(axes.turned(v)), v);
-            assert_eq!(PatientAxes::of_word(axes.name()), Some(axes));
         }
         assert_eq!(PatientAxes::Ras.turned([1.0, 2.0, 3.0]), [-1.0, -2.0, 3.0]);
         assert!(PatientAxes::Ras.turned([0.0; 3]).iter().all(|x| x.is_sign_positive()));
-        for word in ["", "lps", "2", "IJK", "LAS", "LPS "] {
-            assert_eq!(PatientAxes::of_word(word), None, "{word}");
-        }
     }
 }

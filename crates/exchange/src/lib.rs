@@ -20,12 +20,14 @@ pub mod fcsv;
 pub mod itk;
 pub mod markups;
 pub mod mesh;
+mod named;
 pub mod plus;
 mod points;
 mod said;
 mod units;
 
 pub use axes::{PatientAxes, turned_to};
+pub use named::NamedAxes;
 pub use points::{ControlPoint, LeftOut};
 pub use said::{MAX_MM, METRES_BELOW, Said, Unsettled};
 pub use units::{LengthUnit, NamedUnit};

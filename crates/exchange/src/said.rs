@@ -1,6 +1,6 @@
 //! What a person says of a file that does not say it itself, and what is refused until she does.
 
-use crate::{LengthUnit, NamedUnit, PatientAxes};
+use crate::{LengthUnit, NamedAxes, NamedUnit, PatientAxes};
 
 /// No coordinate of a patient is larger, mm: ten metres from the origin of a scanner's coordinates there is no patient.
 pub const MAX_MM: f64 = 1e4;
@@ -35,14 +35,13 @@ pub enum Unsettled {
     },
     /// A comment of the file names other axes than it, or a person, says.
     #[error(
-        "a comment of the file has the word {} and its axes would be {}; one of them is wrong, and nothing was taken. Say what the comment \
-         says, or take the word out of it",
-        .comment.name(),
+        "a comment of the file has the word {comment} and its axes would be {}; one of them is wrong, and nothing was taken. Say what the \
+         comment says, or take the word out of it",
         .taken.name()
     )]
     Comment {
-        /// Those that the comment names.
-        comment: PatientAxes,
+        /// The letters of those that the comment names.
+        comment: String,
         /// Those that would be taken.
         taken: PatientAxes,
     },
@@ -114,11 +113,11 @@ impl Said {
     ///
     /// # Errors
     /// Those of [`Said::axes`], and [`Unsettled::Comment`].
-    pub fn axes_beside(self, stated: Option<PatientAxes>, named: &[PatientAxes]) -> Result<PatientAxes, Unsettled> {
+    pub fn axes_beside(self, stated: Option<PatientAxes>, named: &[NamedAxes]) -> Result<PatientAxes, Unsettled> {
         let taken = self.axes(stated)?;
         match named {
-            [comment, ..] if !named.contains(&taken) => Err(Unsettled::Comment {
-                comment: *comment,
+            [first, ..] if named.iter().all(|named| named.axes != Some(taken)) => Err(Unsettled::Comment {
+                comment: first.letters.clone(),
                 taken,
             }),
             _ => Ok(taken),
@@ -177,6 +176,7 @@ impl Said {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::named::named_in;
 
     const LARGEST: &str = "the largest coordinate";
 
@@ -197,10 +197,12 @@ mod tests {
             axes(Some(Ras), Some(Lps)),
             Err(Unsettled::OtherAxes { file: Lps, said: Ras })
         );
-        let beside = |named: &[PatientAxes]| Said::default().axes_beside(Some(Lps), named);
-        assert_eq!(beside(&[]), Ok(Lps));
-        assert_eq!(beside(&[Ras, Lps]), Ok(Lps));
-        assert!(matches!(beside(&[Ras]), Err(Unsettled::Comment { .. })));
+        let beside = |text: &str| Said::default().axes_beside(Some(Lps), &named_in(text));
+        assert_eq!(beside(""), Ok(Lps));
+        assert_eq!(beside("RAS, LPS"), Ok(Lps));
+        for other in ["RAS", "LAS", "right-anterior-superior"] {
+            assert!(matches!(beside(other), Err(Unsettled::Comment { .. })), "{other}");
+        }
     }
 
     #[test]

@@ -10,8 +10,9 @@ pub const MAX_DIM: u64 = 16_384;
 pub const MAX_VOXELS: u64 = u32::MAX as u64;
 /// Voxel spacings outside this range (mm) are refused: no scanner makes them, and a metre read as a millimetre does.
 const SPACING_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
-/// The first voxel's coordinates (mm) lie within this: there an f64 has steps of 1.2e-7 mm, and at 1e16 of 2 mm.
-const FAR_MM: f64 = 1e9;
+/// All voxels' coordinates (mm) lie within this: ten metres from the origin of a scanner's coordinates there is no patient, and a place
+/// beyond is refused wherever one comes in (poses, targets, frames of images).
+const FAR_MM: f64 = 1e4;
 /// Smallest volume of the unit cell relative to the product of its steps: 0.17 is a tilt of 80 degrees.
 const MIN_CELL: f64 = 0.17;
 
@@ -47,8 +48,10 @@ pub enum GridError {
         /// The length of the step, mm.
         found_mm: f64,
     },
-    /// The first voxel lies so far away that places are no longer told apart.
+    /// A voxel lies where no patient is.
     Far {
+        /// Which voxel, of those at the eight corners.
+        voxel: [u32; 3],
         /// Its largest coordinate, mm.
         found_mm: f64,
     },
@@ -75,9 +78,10 @@ impl fmt::Display for GridError {
                 SPACING_MM.start(),
                 SPACING_MM.end()
             ),
-            Self::Far { found_mm } => write!(
+            Self::Far { voxel, found_mm } => write!(
                 f,
-                "the first voxel lies at {found_mm} mm; at most {FAR_MM} mm are allowed, as numbers beyond tell no places apart"
+                "voxel {voxel:?} lies at {found_mm} mm; at most {FAR_MM} mm either way are allowed: no patient lies so far from the origin of \
+                 a scanner's coordinates"
             ),
             Self::Flat { relative_cell } => write!(
                 f,
@@ -99,10 +103,6 @@ impl VolumeGrid {
         if !ct_from_voxel.rows().iter().flatten().all(|x| x.is_finite()) {
             return Err(GridError::NotFinite);
         }
-        let first = (ct_from_voxel * Point::<Voxel>::new(0.0, 0.0, 0.0)).mm();
-        if let Some(found_mm) = first.into_iter().find(|mm| mm.abs() > FAR_MM) {
-            return Err(GridError::Far { found_mm });
-        }
         let mut product = 1.0;
         for axis in 0..3 {
             let found_mm = ct_from_voxel.step(axis).norm();
@@ -111,6 +111,7 @@ impl VolumeGrid {
             }
             product *= found_mm;
         }
+        check_far(dims, ct_from_voxel)?;
         // The volume of a voxel beside the product of its edges: near 0 three axes lie in a plane.
         let relative_cell = ct_from_voxel.determinant().abs() / product;
         let voxel_from_ct = match ct_from_voxel.inverse() {
@@ -187,6 +188,23 @@ impl VolumeGrid {
     }
 }
 
+/// Every voxel lies where a patient may be: the farthest is one of those at the corners.
+fn check_far(dims: [u32; 3], ct_from_voxel: Affine<Ct, Voxel>) -> Result<(), GridError> {
+    for corner in 0..8 {
+        let voxel: [u32; 3] = std::array::from_fn(|axis| if corner >> axis & 1 == 1 { dims[axis] - 1 } else { 0 });
+        let [x, y, z] = voxel.map(f64::from);
+        let place = (ct_from_voxel * Point::<Voxel>::new(x, y, z)).mm();
+        let farthest = place
+            .into_iter()
+            .fold(0.0, |most: f64, mm| if mm.abs() > most.abs() { mm } else { most });
+        if farthest.abs() > FAR_MM {
+            let found_mm = farthest;
+            return Err(GridError::Far { voxel, found_mm });
+        }
+    }
+    Ok(())
+}
+
 fn check_dims(dims: [i64; 3]) -> Result<[u32; 3], GridError> {
     let mut checked = [0_u32; 3];
     let mut voxels = 1_u64;
@@ -244,9 +262,31 @@ mod tests {
         assert!(matches!(bad([2, 2, 2], boxed(0.0)), GridError::Spacing { axis: 0, .. }));
         assert!(matches!(bad([2, 2, 2], boxed(1e6)), GridError::Spacing { .. }));
         let far = Affine::from_rows([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, -1e17], [0.0, 0.0, 1.0, 0.0]]);
-        assert_eq!(bad([2, 2, 2], far), GridError::Far { found_mm: -1e17 });
+        let first = [0; 3];
+        let found_mm = -1e17;
+        assert_eq!(bad([2, 2, 2], far), GridError::Far { voxel: first, found_mm });
         let flat = Affine::from_rows([[1.0, 0.0, 1.0, 0.0], [0.0, 1.0, 1.0, 0.0], [0.0, 0.0, 0.01, 0.0]]);
         assert!(matches!(bad([2, 2, 2], flat), GridError::Flat { .. }));
+    }
+
+    /// Origins of kilometres were taken, up to 1e9 mm, and so was a volume that reaches there from a near origin.
+    #[test]
+    fn a_volume_that_lies_or_ends_where_no_patient_is_is_refused() {
+        let at = |origin: f64, count: i64| {
+            let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, origin]];
+            VolumeGrid::checked([2, 2, count], Affine::from_rows(rows)).map(|_| ())
+        };
+        let far = |voxel, found_mm| Err(GridError::Far { voxel, found_mm });
+        assert_eq!(at(2e6, 2), far([0; 3], 2e6));
+        assert_eq!(at(-10_000.5, 2), far([0; 3], -10_000.5));
+        assert_eq!(at(9_000.0, 1_002), far([0, 0, 1001], 10_001.0));
+        assert_eq!(at(9_000.0, 1_001), Ok(()));
+        assert_eq!(at(-10_000.0, 16_384), Ok(()));
+        let told = at(2e6, 2).unwrap_err().to_string();
+        assert!(
+            told.contains("voxel [0, 0, 0] lies at 2000000 mm; at most 10000 mm"),
+            "{told}"
+        );
     }
 
     #[test]

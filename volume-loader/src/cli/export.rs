@@ -44,7 +44,8 @@ pub(crate) struct ExportArgs {
     /// DICOM: file names and instance numbers in a random order of this seed, to try readers with.
     #[arg(long, value_name = "SEED")]
     shuffle_names: Option<u64>,
-    /// Writes a CT put on an even grid, although no file says so: images of it bear no mark, and its holes are air.
+    /// Writes a CT put on an even grid, although no file says so: images of it bear no mark, and its holes are air. Writes what is no CT as a
+    /// DICOM series of one.
     #[arg(long)]
     unmarked: bool,
 }
@@ -115,6 +116,18 @@ pub(crate) enum RunError {
     Unmarked {
         /// The path.
         path: PathBuf,
+    },
+    /// The series would call it a CT.
+    #[error(
+        "{}: the examination is not a CT but of the modality {modality}, and what is written is a CT series whose numbers are HU: they would \
+         be taken for it; export to another format, or say --unmarked",
+        path.display()
+    )]
+    NotCt {
+        /// The path.
+        path: PathBuf,
+        /// The modality, by DICOM's word.
+        modality: String,
     },
     /// Somebody's file.
     #[error("{}: there is a file of this name; give another name, or --overwrite to replace it", path.display())]
@@ -286,6 +299,13 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
         let path = writer.path().to_owned();
         return Err(RunError::Unmarked { path });
     }
+    let facts = source.facts();
+    let modality = facts.extra.get("modality").and_then(|word| word.as_str());
+    if let Some(modality) = modality.filter(|word| *word != "CT" && !is_file && !args.unmarked) {
+        let path = writer.path().to_owned();
+        let modality = modality.to_owned();
+        return Err(RunError::NotCt { path, modality });
+    }
     let conversion = writer.write(&mut source)?;
     let (path, what) = (writer.path().display(), source.describe());
     bus::stderr_line!("volume-loader: wrote {path}: {what}");
@@ -293,7 +313,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<(), RunError> {
         bus::stderr_line!("volume-loader: warning: {path}: {warning}");
     }
     // Who reads the file does not hear it again.
-    for remark in source.remarks() {
+    for remark in facts.warnings.into_iter().chain(source.remarks()) {
         bus::stderr_line!("volume-loader: warning: {path} does not say: {remark}");
     }
     if conversion != Conversion::default() {

@@ -6,8 +6,6 @@ use crate::source::ReadError;
 
 /// Largest cosine of the angle between rows and columns: 0.005 mm over 500 mm for readers that make it a right angle.
 pub(super) const MAX_SLANT: f64 = 1e-5;
-/// Largest rounding of a position, mm.
-pub(super) const MAX_POSITION_ERROR_MM: f64 = 1e-6;
 
 /// Why a series was not written. Nothing is left of it then, and what was at its path before is still there.
 #[derive(Debug, thiserror::Error)]
@@ -37,20 +35,6 @@ pub enum ExportError {
         path: PathBuf,
         /// The angle.
         degrees: f64,
-    },
-    /// A position needs more digits than DICOM's decimal strings have.
-    #[error(
-        "{}: slice {slice} lies at {position_mm} mm, which 16 characters of a decimal string do not hold to \
-         {MAX_POSITION_ERROR_MM:e} mm; move the volume's origin nearer",
-        path.display()
-    )]
-    TooFar {
-        /// The folder.
-        path: PathBuf,
-        /// The slice.
-        slice: u32,
-        /// The coordinate, mm LPS.
-        position_mm: f64,
     },
     /// The operating system refused.
     #[error("{}: cannot {doing}: {source}", path.display())]

@@ -38,6 +38,16 @@ pub enum MetaImageError {
         /// The field.
         field: &'static str,
     },
+    /// A field in other letters than the format's, in which it would be passed over.
+    #[error(
+        "line {line}: {field} is written in other letters, in which no program reads it; write {field}, or take the line out"
+    )]
+    Letters {
+        /// The line.
+        line: usize,
+        /// The field.
+        field: &'static str,
+    },
     /// A field that is needed is missing.
     #[error("the header has no {field}; expected {expected}")]
     Missing {

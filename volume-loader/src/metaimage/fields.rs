@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::error::MetaImageError;
-use crate::raster::{FileList, Head, NamesError, quote};
+use crate::raster::{Claims, FileList, Head, NamesError, quote};
 
 /// The fields that are used, each with its other names. All others are somebody's remarks: they may name a patient and are
 /// passed over.
-const FIELDS: [(&str, &[&str]); 20] = [
+const FIELDS: [(&str, &[&str]); 21] = [
     ("ObjectType", &[]),
     ("ObjectSubType", &[]),
     ("NDims", &[]),
@@ -24,6 +24,7 @@ const FIELDS: [(&str, &[&str]); 20] = [
     ("ElementSize", &[]),
     ("DimSize", &[]),
     ("HeaderSize", &[]),
+    ("HeaderSizesPerDataFile", &["HeaderSizePerSlice"]),
     ("ElementNumberOfChannels", &[]),
     ("ElementType", &[]),
     ("ElementToIntensityFunctionSlope", &[]),
@@ -46,6 +47,8 @@ pub(crate) struct Fields {
     data_file: Field,
     /// Names after "ElementDataFile = LIST".
     list: Vec<String>,
+    /// What the fields that are passed over say of the numbers.
+    pub claims: Claims,
     /// Byte after the line of `ElementDataFile`.
     pub end: u64,
 }
@@ -68,7 +71,7 @@ impl Fields {
     /// # Errors
     /// [`MetaImageError`].
     pub(crate) fn parse(head: &mut Head) -> Result<Self, MetaImageError> {
-        let mut fields = BTreeMap::new();
+        let (mut fields, mut claims) = (BTreeMap::new(), Claims::default());
         while let Some(line) = head.line() {
             let Some((name, value)) = line.text.split_once('=') else {
                 return Err(match line.number {
@@ -83,10 +86,15 @@ impl Fields {
             let line = line.number;
             if name == DATA_FILE {
                 let name = DATA_FILE;
-                return Self::files_of(head, fields, Field { name, line, text });
+                return Self::files_of(head, (fields, claims), Field { name, line, text });
             }
-            if let Some(name) = known(name) {
-                add(&mut fields, Field { name, line, text })?;
+            match known(name) {
+                Some(name) => add(&mut fields, Field { name, line, text })?,
+                None => {
+                    right_letters(line, name)?;
+                    claims.passed_over(line, name);
+                    claim(&mut claims, name, &text);
+                }
             }
         }
         if head.is_cut() {
@@ -101,7 +109,7 @@ impl Fields {
 
     fn files_of(
         head: &mut Head,
-        fields: BTreeMap<&'static str, Field>,
+        (fields, claims): (BTreeMap<&'static str, Field>, Claims),
         data_file: Field,
     ) -> Result<Self, MetaImageError> {
         let end = head.position();
@@ -119,6 +127,7 @@ impl Fields {
             fields,
             data_file,
             list,
+            claims,
             end,
         })
     }
@@ -199,6 +208,26 @@ fn known(name: &str) -> Option<&'static str> {
         .iter()
         .find(|(field, others)| *field == name || others.contains(&name));
     found.map(|(field, _)| *field)
+}
+
+/// Refuses a field whose name is one of the format's but for its case: what it says of places would be passed over.
+fn right_letters(line: usize, name: &str) -> Result<(), MetaImageError> {
+    let all = FIELDS
+        .iter()
+        .flat_map(|(field, others)| [*field].into_iter().chain(others.iter().copied()));
+    match all.chain([DATA_FILE]).find(|known| known.eq_ignore_ascii_case(name)) {
+        Some(field) => Err(MetaImageError::Letters { line, field }),
+        None => Ok(()),
+    }
+}
+
+/// What a field that is passed over says of the numbers: `Modality`, `Comment`, and DICOM's attributes as ITK writes them (`0008|0060`).
+fn claim(claims: &mut Claims, name: &str, text: &str) {
+    match name {
+        "Modality" => claims.key("Modality", name, text),
+        "Comment" => claims.text("Comment", text),
+        _ => claims.key("a field", name, text),
+    }
 }
 
 /// Two names of one field may both be there if they say the same.

@@ -24,8 +24,9 @@ pub(crate) fn parse(path: &Path, head: &mut Head, options: OpenOptions) -> Resul
     check_kind(&fields)?;
     let dims = dims(&fields)?;
     let sample = sample(&fields)?;
-    let (ct_from_voxel, notes) = ct_from_voxel(&fields, options)?;
+    let (ct_from_voxel, mut remarks) = ct_from_voxel(&fields, options)?;
     let grid = VolumeGrid::checked(dims, ct_from_voxel)?;
+    remarks.claims(&fields.claims);
     let encoding = encoding(&fields)?;
     let big_endian = big_endian(&fields, sample, encoding)?;
     let list = fields.files()?;
@@ -51,7 +52,7 @@ pub(crate) fn parse(path: &Path, head: &mut Head, options: OpenOptions) -> Resul
         slices_per_file,
         skip,
         packed_limit,
-        notes,
+        remarks,
     })
 }
 
@@ -67,6 +68,9 @@ fn check_kind(fields: &Fields) -> Result<(), MetaImageError> {
         return Err(field.refuse("Image"));
     }
     fields.need("NDims", "3")?;
+    if let Some(field) = fields.get("HeaderSizesPerDataFile") {
+        return Err(field.refuse("HeaderSize, which is the same for each file, or no line of this name"));
+    }
     one_of("NDims", &[3.0], "3")?;
     one_of("ElementNumberOfChannels", &[1.0], "1: one scalar volume")?;
     one_of(

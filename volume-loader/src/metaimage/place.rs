@@ -4,7 +4,7 @@ use geometry::{Affine, Ct, Point, Vector, Voxel};
 
 use super::error::MetaImageError;
 use super::fields::{Field, Fields};
-use crate::raster::{OpenOptions, numbers};
+use crate::raster::{OpenOptions, Remarks, numbers};
 
 /// How far a direction's length may be from 1: some programs write six digits.
 const LENGTH: f64 = 1e-4;
@@ -12,20 +12,20 @@ const LENGTH: f64 = 1e-4;
 const SKEW: f64 = 1e-5;
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// The map to the patient, and remarks for a person.
+/// The map to the patient, and what is told a person.
 ///
 /// # Errors
 /// [`MetaImageError`].
 pub(crate) fn ct_from_voxel(
     fields: &Fields,
     options: OpenOptions,
-) -> Result<(Affine<Ct, Voxel>, Vec<String>), MetaImageError> {
-    let mut notes = Vec::new();
-    let mm = mm_per_unit(fields, &mut notes)?;
-    let spacing = spacing(fields)?;
+) -> Result<(Affine<Ct, Voxel>, Remarks), MetaImageError> {
+    let mut remarks = Remarks::default();
+    let mm = mm_per_unit(fields, &mut remarks)?;
+    let spacing = spacing(fields, &mut remarks)?;
     check_centre(fields)?;
-    let directions = directions(fields, options, &mut notes)?;
-    let origin = origin(fields, options, &mut notes)?;
+    let directions = directions(fields, options, &mut remarks)?;
+    let origin = origin(fields, options, &mut remarks)?;
     let step = |axis: usize| {
         // Adding zero makes -0 a plain 0.
         let [x, y, z] = directions[axis].map(|component| 0.0 + component * spacing[axis] * mm);
@@ -33,10 +33,10 @@ pub(crate) fn ct_from_voxel(
     };
     let [x, y, z] = origin.map(|v| v * mm);
     let map = Affine::from_steps(Point::new(x, y, z), [0, 1, 2].map(step));
-    Ok((map, notes))
+    Ok((map, remarks))
 }
 
-fn mm_per_unit(fields: &Fields, notes: &mut Vec<String>) -> Result<f64, MetaImageError> {
+fn mm_per_unit(fields: &Fields, remarks: &mut Remarks) -> Result<f64, MetaImageError> {
     let Some(field) = fields.get("DistanceUnits") else {
         return Ok(1.0);
     };
@@ -46,19 +46,25 @@ fn mm_per_unit(fields: &Fields, notes: &mut Vec<String>) -> Result<f64, MetaImag
         "cm" => 10.0,
         "m" => 1e3,
         "?" | "" => {
-            notes.push("unit of length unknown, taken as mm".to_owned());
+            remarks.doubt("unit of length unknown, taken as mm");
             return Ok(1.0);
         }
         _ => return Err(field.refuse("um, mm or cm")),
     };
-    notes.push(format!("lengths converted from {}", field.text));
+    remarks.doubt(format!("lengths converted from {}", field.text));
     Ok(mm)
 }
 
 /// Distances of voxels; their sizes are the same where only these are told.
-fn spacing(fields: &Fields) -> Result<[f64; 3], MetaImageError> {
+fn spacing(fields: &Fields, remarks: &mut Remarks) -> Result<[f64; 3], MetaImageError> {
     let field = match fields.get("ElementSpacing") {
-        Some(field) => field,
+        Some(field) => {
+            let size = fields.get("ElementSize").map(|size| numbers::<f64, 3>(&size.text));
+            if size.is_some_and(|size| size != numbers(&field.text)) {
+                remarks.doubt("ElementSize is not ElementSpacing, which is taken");
+            }
+            field
+        }
         None => fields.need("ElementSize", "ElementSpacing: the distances of voxels")?,
     };
     let positive = |steps: &[f64; 3]| steps.iter().all(|&step| step > 0.0);
@@ -77,23 +83,23 @@ fn check_centre(fields: &Fields) -> Result<(), MetaImageError> {
 }
 
 /// The direction of each axis of the voxels.
-fn directions(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Result<[[f64; 3]; 3], MetaImageError> {
+fn directions(fields: &Fields, options: OpenOptions, remarks: &mut Remarks) -> Result<[[f64; 3]; 3], MetaImageError> {
     let Some(field) = fields.get("TransformMatrix") else {
         if !options.assume_lps {
             let field = "TransformMatrix";
             return Err(MetaImageError::NoOrientation { field });
         }
         if let Some(told) = fields.get("AnatomicalOrientation") {
-            told_otherwise(told, &rows(IDENTITY))?;
+            remarks.doubts.extend(told_otherwise(told, &rows(IDENTITY))?);
         }
-        notes.push("NO ORIENTATION IN THE FILE: its axes are taken as LPS, the format's default".to_owned());
+        remarks.doubt("NO ORIENTATION IN THE FILE: its axes are taken as LPS, the format's default");
         return Ok(rows(IDENTITY));
     };
     let matrix = numbers(&field.text).ok_or_else(|| field.refuse("nine numbers"))?;
     let directions = rows(matrix);
-    check_directions(field, &directions, notes)?;
+    check_directions(field, &directions, remarks)?;
     if let Some(told) = fields.get("AnatomicalOrientation") {
-        notes.extend(told_otherwise(told, &directions)?);
+        remarks.doubts.extend(told_otherwise(told, &directions)?);
     }
     Ok(directions)
 }
@@ -102,7 +108,7 @@ fn rows(m: [f64; 9]) -> [[f64; 3]; 3] {
     std::array::from_fn(|r| std::array::from_fn(|c| m[3 * r + c]))
 }
 
-fn check_directions(field: &Field, directions: &[[f64; 3]; 3], notes: &mut Vec<String>) -> Result<(), MetaImageError> {
+fn check_directions(field: &Field, directions: &[[f64; 3]; 3], remarks: &mut Remarks) -> Result<(), MetaImageError> {
     let dot = |a: usize, b: usize| -> f64 { directions[a].iter().zip(directions[b]).map(|(x, y)| x * y).sum() };
     for axis in 0..3 {
         let length = dot(axis, axis).sqrt();
@@ -112,17 +118,17 @@ fn check_directions(field: &Field, directions: &[[f64; 3]; 3], notes: &mut Vec<S
             return Err(MetaImageError::Length { line, axis, length });
         }
     }
-    notes.push("oriented by its matrix".to_owned());
+    remarks.notes.push("oriented by its matrix".to_owned());
     if [dot(0, 1), dot(0, 2), dot(1, 2)]
         .iter()
         .any(|cosine| cosine.abs() > SKEW)
     {
-        notes.push("its axes are not at right angles".to_owned());
+        remarks.notes.push("its axes are not at right angles".to_owned());
     }
     Ok(())
 }
 
-fn origin(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Result<[f64; 3], MetaImageError> {
+fn origin(fields: &Fields, options: OpenOptions, remarks: &mut Remarks) -> Result<[f64; 3], MetaImageError> {
     match fields.get("Offset") {
         Some(field) => {
             let finite = |origin: &[f64; 3]| origin.iter().all(|v| v.is_finite());
@@ -130,7 +136,7 @@ fn origin(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Res
             origin.ok_or_else(|| field.refuse("three finite numbers"))
         }
         None if options.assume_lps => {
-            notes.push("no origin in the file, taken as 0".to_owned());
+            remarks.doubt("no origin in the file, taken as 0");
             Ok([0.0; 3])
         }
         None => Err(MetaImageError::NoOrientation { field: "Offset" }),

@@ -57,6 +57,9 @@ pub(crate) struct Fields {
     pub quaternion_bcd: [f64; 3],
     pub qoffset: [f64; 3],
     pub srow: [[f64; 4]; 3],
+    pub intent_code: i64,
+    /// Texts by their names.
+    pub texts: [(&'static str, String); 3],
 }
 
 /// Numbers at known places of a header of known length.
@@ -76,6 +79,20 @@ impl Cursor<'_> {
             raw.reverse();
         }
         raw
+    }
+    /// The text at `at`, up to its first zero; bytes that are not UTF-8 are replaced.
+    fn text(&self, at: usize, bytes: usize) -> String {
+        let found = self.bytes.get(at..at + bytes).unwrap_or_default();
+        let text = found.split(|byte| *byte == 0).next().unwrap_or_default();
+        String::from_utf8_lossy(text).into_owned()
+    }
+    /// The three texts, by where they begin.
+    fn texts(&self, [descrip, aux_file, intent_name]: [usize; 3]) -> [(&'static str, String); 3] {
+        [
+            ("descrip", self.text(descrip, 80)),
+            ("aux_file", self.text(aux_file, 24)),
+            ("intent_name", self.text(intent_name, 16)),
+        ]
     }
     fn i16(&self, at: usize) -> i64 {
         i64::from(i16::from_le_bytes(self.take(at)))
@@ -129,6 +146,8 @@ impl Fields {
             quaternion_bcd: std::array::from_fn(|i| c.f32(256 + 4 * i)),
             qoffset: std::array::from_fn(|i| c.f32(268 + 4 * i)),
             srow: std::array::from_fn(|r| std::array::from_fn(|i| c.f32(280 + 16 * r + 4 * i))),
+            intent_code: c.i16(68),
+            texts: c.texts([148, 228, 328]),
         }
     }
 
@@ -149,6 +168,8 @@ impl Fields {
             quaternion_bcd: std::array::from_fn(|i| c.f64(352 + 8 * i)),
             qoffset: std::array::from_fn(|i| c.f64(376 + 8 * i)),
             srow: std::array::from_fn(|r| std::array::from_fn(|i| c.f64(400 + 32 * r + 8 * i))),
+            intent_code: c.i32(504),
+            texts: c.texts([240, 320, 508]),
         }
     }
 }

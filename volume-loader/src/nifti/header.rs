@@ -4,6 +4,7 @@ use geometry::VolumeGrid;
 
 use super::error::HeaderError;
 use super::fields::{Fields, Layout};
+use super::meaning;
 use super::orientation;
 use crate::scale::{self, Unusable};
 use crate::voxels::Sample;
@@ -25,6 +26,8 @@ pub(crate) struct Header {
     pub form: String,
     /// What is doubtful about it, a sentence each.
     pub doubts: Vec<String>,
+    /// The kind of scanner by DICOM's word, where a text says it.
+    pub modality: Option<&'static str>,
 }
 
 impl Header {
@@ -41,9 +44,12 @@ impl Header {
         let orientation::Placed {
             ct_from_voxel,
             form,
-            doubts,
+            mut doubts,
         } = orientation::ct_from_voxel(&fields)?;
         let grid = VolumeGrid::checked(dims, ct_from_voxel)?;
+        doubts.extend(unscaled(&fields));
+        let (meaning, modality) = meaning::of(&fields);
+        doubts.extend(meaning);
         Ok(Self {
             layout,
             sample,
@@ -52,7 +58,14 @@ impl Header {
             scale,
             form,
             doubts,
+            modality,
         })
+    }
+
+    /// Bytes of one slice.
+    pub(crate) fn slice_bytes(&self) -> u64 {
+        let [columns, rows, _] = self.grid.dims().map(u64::from);
+        columns * rows * self.sample.bytes() as u64
     }
 
     /// Byte after the last voxel, in the unpacked data.
@@ -100,6 +113,17 @@ fn offset(fields: &Fields) -> Result<u64, HeaderError> {
         });
     }
     Ok(found as u64)
+}
+
+/// The doubt about an intercept beside a slope of 0. The standard (nifti1.h, "DATA SCALING") has no scale then, and so has nibabel; ITK adds
+/// the intercept.
+fn unscaled(fields: &Fields) -> Option<String> {
+    let inter = fields.inter;
+    (fields.slope == 0.0 && inter != 0.0).then(|| {
+        format!(
+            "scl_slope is 0 and scl_inter {inter}: the numbers are taken as they are, after the standard; programs built on ITK add {inter} HU"
+        )
+    })
 }
 
 /// A slope of 0 says that there is no scale, whatever the intercept.

@@ -7,7 +7,7 @@ use geometry::VolumeGrid;
 use super::error::HeaderError;
 use super::fields::Layout;
 use super::header::Header;
-use crate::raster::{MAX_TRAIL, PADDING_HU, Part, PlainSlices};
+use crate::raster::{PADDING_HU, Part, PlainSlices, trail};
 use crate::source::{Conversion, Facts, Place, ReadError, SliceReader, Turn, VoxelSource};
 use crate::stream::Stream;
 use crate::voxels::Decoder;
@@ -23,6 +23,7 @@ pub struct NiftiSource {
     turn: Turn,
     chunk: Vec<u8>,
     plain: Option<PlainSlices>,
+    remarks: Vec<String>,
 }
 
 impl NiftiSource {
@@ -32,8 +33,8 @@ impl NiftiSource {
     /// Each variant of [`ReadError`] but `Order` and `Buffer`.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let mut stream = Stream::open(path)?;
-        let header = read_header(&mut stream)?;
-        check_length(&stream, &header)?;
+        let mut header = read_header(&mut stream)?;
+        header.doubts.extend(check_length(&stream, &header)?);
         stream.skip_to(header.offset, header.end())?;
         let decoder = Decoder {
             sample: header.sample,
@@ -51,6 +52,7 @@ impl NiftiSource {
             turn: Turn::default(),
             chunk,
             plain,
+            remarks: Vec::new(),
         })
     }
 }
@@ -63,6 +65,7 @@ fn plain_slices(stream: &Stream, header: &Header, decoder: &Decoder) -> Result<O
     let part = Part {
         path: stream.path().to_owned(),
         offset: header.offset,
+        doubt: None,
     };
     let slices = header.grid.dims()[2];
     PlainSlices::new(&header.grid, vec![part], slices, decoder.clone()).map(Some)
@@ -83,15 +86,15 @@ fn read_header(stream: &mut Stream) -> Result<Header, ReadError> {
     Header::parse(layout, &bytes[..length]).map_err(&refused)
 }
 
-/// A plain file's length is known before anybody allocates for it; a compressed one's shows while reading.
-fn check_length(stream: &Stream, header: &Header) -> Result<(), ReadError> {
+/// A plain file's length is known before anybody allocates for it; a compressed one's shows while reading. With the doubt about bytes behind
+/// the voxels.
+fn check_length(stream: &Stream, header: &Header) -> Result<Option<String>, ReadError> {
     let Some(found) = stream.length() else {
-        return Ok(());
+        return Ok(None);
     };
     let (path, expected) = (stream.path().to_owned(), header.end());
     if found < expected {
-        let slice_bytes = header.grid.voxels() / u64::from(header.grid.dims()[2]) * header.sample.bytes() as u64;
-        let slice = found.saturating_sub(header.offset) / slice_bytes;
+        let slice = found.saturating_sub(header.offset) / header.slice_bytes();
         let place = u32::try_from(slice).map_or(Place::End, Place::Slice);
         return Err(ReadError::Truncated {
             path,
@@ -100,10 +103,11 @@ fn check_length(stream: &Stream, header: &Header) -> Result<(), ReadError> {
             found,
         });
     }
-    if found - expected > MAX_TRAIL {
+    let behind = found - expected;
+    if behind > trail::most(header.slice_bytes()) {
         return Err(ReadError::TooLong { path, expected, found });
     }
-    Ok(())
+    Ok(trail::doubt(&path, expected, behind))
 }
 
 impl VoxelSource for NiftiSource {
@@ -137,8 +141,12 @@ impl VoxelSource for NiftiSource {
     fn facts(&self) -> Facts {
         Facts {
             warnings: self.header.doubts.clone(),
-            ..Facts::default()
+            extra: Facts::modality(self.header.modality),
         }
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.remarks.clone()
     }
 
     fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {
@@ -154,7 +162,11 @@ impl VoxelSource for NiftiSource {
 
     fn finish(&mut self) -> Result<Conversion, ReadError> {
         self.turn.done(&self.header.grid)?;
-        self.stream.drain(MAX_TRAIL)?;
+        let behind = self.stream.drain(trail::most(self.header.slice_bytes()))?;
+        // A plain file's length was told when it was opened.
+        if self.stream.length().is_none() {
+            self.remarks = trail::packed(self.stream.path(), self.header.end(), behind, 0);
+        }
         Ok(self.decoder.conversion)
     }
 

@@ -92,6 +92,18 @@ pub enum NrrdError {
         /// What would do.
         expected: &'static str,
     },
+    /// A list has too few entries, or too many.
+    #[error("line {line}: {field} has {found} entries, expected {expected}")]
+    Count {
+        /// The line.
+        line: usize,
+        /// The field.
+        field: &'static str,
+        /// How many there are.
+        found: usize,
+        /// How many there should be.
+        expected: usize,
+    },
     /// An axis that holds no places: colours, vectors, time.
     #[error(
         "line {line}: axis {axis} is of kind {found:?}, expected \"domain\" or \"space\": this is not one scalar volume"

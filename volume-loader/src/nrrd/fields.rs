@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::error::NrrdError;
-use crate::raster::{FileList, Head, NamesError, quote};
+use crate::raster::{Claims, FileList, Head, NamesError, quote};
 
 /// Every field of the format, as errors name it. Spaces and letter case do not tell fields apart.
 const FIELDS: [&str; 30] = [
@@ -39,8 +39,16 @@ const FIELDS: [&str; 30] = [
     "data file",
 ];
 
-/// Those of them that say where voxels lie.
-const PLACES: [&str; 6] = [
+/// Those of them that say where voxels lie and how they are stored.
+const PLACES: [&str; 14] = [
+    "dimension",
+    "sizes",
+    "axis mins",
+    "axis maxs",
+    "endian",
+    "encoding",
+    "line skip",
+    "byte skip",
     "space",
     "spacings",
     "space directions",
@@ -63,6 +71,8 @@ pub(crate) struct Fields {
     fields: BTreeMap<&'static str, Field>,
     /// Names after "data file: LIST".
     list: Vec<String>,
+    /// What comments and keys say of the numbers.
+    pub claims: Claims,
     /// 1 to 5.
     pub version: u8,
     /// Byte after the empty line that ends the header.
@@ -91,6 +101,7 @@ impl Fields {
             version: version(head)?,
             fields: BTreeMap::new(),
             list: Vec::new(),
+            claims: Claims::default(),
             end: 0,
         };
         let mut last = 1;
@@ -122,7 +133,8 @@ impl Fields {
     }
 
     fn add(&mut self, line: usize, text: &str) -> Result<(), NrrdError> {
-        if text.starts_with('#') {
+        if let Some(comment) = text.strip_prefix('#') {
+            self.claims.text("a comment", comment);
             return Ok(());
         }
         let Some((name, value)) = text.split_once(':') else {
@@ -131,11 +143,14 @@ impl Fields {
                 bytes: text.len(),
             });
         };
-        if value.starts_with('=') {
+        if let Some(value) = value.strip_prefix('=') {
             // What says where voxels lie must not be passed over for the sign behind it.
             return match field_name(name).filter(|field| PLACES.contains(field)) {
                 Some(field) => Err(NrrdError::Key { line, field }),
-                None => Ok(()),
+                None => {
+                    self.claims.key("a key", name, value);
+                    Ok(())
+                }
             };
         }
         let name = field_name(name).ok_or_else(|| NrrdError::Unknown {
@@ -147,6 +162,9 @@ impl Fields {
             line,
             text: value.trim().to_owned(),
         };
+        if name == "content" {
+            self.claims.text("content", &field.text);
+        }
         match self.fields.insert(name, field) {
             None => Ok(()),
             Some(first) => Err(NrrdError::Duplicate {

@@ -6,9 +6,10 @@ use geometry::VolumeGrid;
 
 use super::error::NrrdError;
 use super::fields::{Field, Fields};
+use super::lists;
 use super::place::place;
 use super::types;
-use crate::raster::{Data, Encoding, Head, OpenOptions, Skip, quote};
+use crate::raster::{Data, Encoding, Head, OpenOptions, Remarks, Skip, is_hu, quote};
 use crate::stream::Packing;
 use crate::voxels::Sample;
 
@@ -23,12 +24,14 @@ const NAMES: [&str; 5] = ["NRRD0001", "NRRD0002", "NRRD0003", "NRRD0004", "NRRD0
 pub(crate) fn parse(path: &Path, head: &mut Head, options: OpenOptions) -> Result<Data, NrrdError> {
     let fields = Fields::parse(head)?;
     let dimension = dimension(&fields)?;
+    lists::check(&fields, dimension)?;
     let sizes = sizes(&fields, dimension)?;
-    let placed = place(&fields, dimension, options)?;
+    let mut placed = place(&fields, dimension, options)?;
     check_axes(&fields, &sizes, placed.axes)?;
     check_rest(&fields)?;
     let dims = placed.axes.map(|axis| sizes.get(axis).copied().unwrap_or(0));
     let grid = VolumeGrid::checked(dims, placed.ct_from_voxel)?;
+    meaning(&fields, &mut placed.remarks);
     let encoding = encoding(&fields)?;
     let sample = sample(&fields)?;
     let skip = skip(&fields, encoding)?;
@@ -60,7 +63,7 @@ pub(crate) fn parse(path: &Path, head: &mut Head, options: OpenOptions) -> Resul
             ..skip
         },
         packed_limit: u64::MAX,
-        notes: placed.notes,
+        remarks: placed.remarks,
     })
 }
 
@@ -81,6 +84,17 @@ fn sizes(fields: &Fields, dimension: usize) -> Result<Vec<i64>, NrrdError> {
     sizes
         .filter(|sizes| sizes.len() == dimension)
         .ok_or_else(|| field.refuse(expected))
+}
+
+/// What is doubtful about the numbers being HU.
+fn meaning(fields: &Fields, remarks: &mut Remarks) {
+    if let Some(field) = fields.get("sample units") {
+        let unit = field.text.trim_matches('"').trim();
+        if !["", "???", "none"].contains(&unit) && !is_hu(unit) {
+            remarks.doubt(format!("sample units are {}: its numbers are not HU", quote(unit)));
+        }
+    }
+    remarks.claims(&fields.claims);
 }
 
 /// Each of the volume's axes holds places, and what else there is has length 1.

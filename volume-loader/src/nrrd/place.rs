@@ -4,20 +4,20 @@ use geometry::{Affine, Ct, Point, Vector, Voxel};
 
 use super::error::NrrdError;
 use super::fields::{Field, Fields};
-use crate::raster::{OpenOptions, numbers, quote};
+use super::units::{agree, mm_per_unit};
+use crate::raster::{OpenOptions, Remarks, numbers};
 
 /// How far (relative) a spacing may be from its direction's length: both are written with a few digits.
 const SPACING_DIFFERENCE: f64 = 1e-4;
 const ORIENTED: &str = "left-posterior-superior (LPS), right-anterior-superior (RAS) or left-anterior-superior (LAS)";
-const UNITS: &str = "a quoted unit for each axis of space: \"mm\", \"cm\", \"m\", \"um\" or \"nm\"";
 
 /// Where the voxels lie, and which of the array's axes counts nothing.
 pub(crate) struct Placed {
     pub ct_from_voxel: Affine<Ct, Voxel>,
     /// The array's axes that are x, y and z of a voxel's index.
     pub axes: [usize; 3],
-    /// Remarks for a person.
-    pub notes: Vec<String>,
+    /// What is told a person.
+    pub remarks: Remarks,
 }
 
 /// The map to the patient of an array of `dimension` axes, 3 or 4.
@@ -25,14 +25,15 @@ pub(crate) struct Placed {
 /// # Errors
 /// [`NrrdError`].
 pub(crate) fn place(fields: &Fields, dimension: usize, options: OpenOptions) -> Result<Placed, NrrdError> {
-    let mut notes = Vec::new();
+    let mut remarks = Remarks::default();
     let Some(directions) = fields.get("space directions") else {
         return by_spacings(fields, dimension, options);
     };
     agree(fields)?;
-    let signs = signs(fields, options, &mut notes)?;
-    let scale = mm_per_unit(fields.get("space units"), &mut notes)?;
+    let signs = signs(fields, options, &mut remarks)?;
+    let scale = mm_per_unit(fields.get("space units"), &mut remarks)?;
     let vectors = vectors(directions, dimension)?;
+    no_ends(fields, &vectors)?;
     let axes = three_axes(directions, &vectors)?;
     check_spacings(fields, &vectors)?;
     let lps_mm = |v: [f64; 3]| {
@@ -44,7 +45,7 @@ pub(crate) fn place(fields: &Fields, dimension: usize, options: OpenOptions) -> 
     let origin = match fields.get("space origin") {
         Some(field) => lps_mm(vector(&field.text).ok_or_else(|| field.refuse("three numbers like (1,2,3)"))?),
         None if options.assume_lps => {
-            notes.push("no origin in the file, taken as 0".to_owned());
+            remarks.doubt("no origin in the file, taken as 0");
             Vector::new(0.0, 0.0, 0.0)
         }
         None => return Err(NrrdError::NoOrigin),
@@ -52,7 +53,7 @@ pub(crate) fn place(fields: &Fields, dimension: usize, options: OpenOptions) -> 
     Ok(Placed {
         ct_from_voxel: Affine::from_steps(Point::new(0.0, 0.0, 0.0) + origin, axes.map(step)),
         axes,
-        notes,
+        remarks,
     })
 }
 
@@ -70,7 +71,7 @@ fn by_spacings(fields: &Fields, dimension: usize, options: OpenOptions) -> Resul
     };
     // What the file does say is not overruled.
     if let Some(space) = fields.get("space")
-        && signs(fields, options, &mut Vec::new())? != [1.0; 3]
+        && signs(fields, options, &mut Remarks::default())? != [1.0; 3]
     {
         return Err(space.refuse("left-posterior-superior, as its axes are to be taken as LPS"));
     }
@@ -87,8 +88,9 @@ fn by_spacings(fields: &Fields, dimension: usize, options: OpenOptions) -> Resul
     let [x, y, z] = numbers::<f64, 3>(&spacings.text)
         .filter(|steps| dimension == 3 && steps.iter().all(|&step| step > 0.0))
         .ok_or_else(|| spacings.refuse(expected))?;
-    let mut notes = vec!["NO ORIENTATION IN THE FILE: its axes are taken as LPS, its origin as 0".to_owned()];
-    let [sx, sy, sz] = mm_per_unit(fields.get("units"), &mut notes)?;
+    let mut remarks = Remarks::default();
+    remarks.doubt("NO ORIENTATION IN THE FILE: its axes are taken as LPS, its origin as 0");
+    let [sx, sy, sz] = mm_per_unit(fields.get("units"), &mut remarks)?;
     let steps = [
         Vector::new(sx * x, 0.0, 0.0),
         Vector::new(0.0, sy * y, 0.0),
@@ -97,17 +99,17 @@ fn by_spacings(fields: &Fields, dimension: usize, options: OpenOptions) -> Resul
     Ok(Placed {
         ct_from_voxel: Affine::from_steps(Point::new(0.0, 0.0, 0.0), steps),
         axes: [0, 1, 2],
-        notes,
+        remarks,
     })
 }
 
 /// What makes each coordinate of the file's space one of LPS.
-fn signs(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Result<[f64; 3], NrrdError> {
+fn signs(fields: &Fields, options: OpenOptions, remarks: &mut Remarks) -> Result<[f64; 3], NrrdError> {
     let word = fields.get("space").map(|field| (field, field.text.to_lowercase()));
     let nameless = match word.as_ref().map(|(field, word)| (*field, word.as_str())) {
-        Some((_, "left-posterior-superior" | "lps")) => return named(notes, "LPS", [1.0, 1.0, 1.0]),
-        Some((_, "right-anterior-superior" | "ras")) => return named(notes, "RAS", [-1.0, -1.0, 1.0]),
-        Some((_, "left-anterior-superior" | "las")) => return named(notes, "LAS", [1.0, -1.0, 1.0]),
+        Some((_, "left-posterior-superior" | "lps")) => return named(remarks, "LPS", [1.0, 1.0, 1.0]),
+        Some((_, "right-anterior-superior" | "ras")) => return named(remarks, "RAS", [-1.0, -1.0, 1.0]),
+        Some((_, "left-anterior-superior" | "las")) => return named(remarks, "LAS", [1.0, -1.0, 1.0]),
         Some((_, name @ ("scanner-xyz" | "3d-right-handed"))) => name,
         Some((field, _)) => return Err(field.refuse(ORIENTED)),
         None => "no name",
@@ -116,80 +118,27 @@ fn signs(fields: &Fields, options: OpenOptions, notes: &mut Vec<String>) -> Resu
         let found = format!("its space is {nameless:?}, which says nothing of the patient");
         return Err(NrrdError::NoOrientation { found });
     }
-    notes.push(format!(
+    remarks.doubt(format!(
         "NO ORIENTATION IN THE FILE (space {nameless:?}): its axes are taken as LPS"
     ));
     Ok([1.0; 3])
 }
 
-fn named(notes: &mut Vec<String>, space: &str, signs: [f64; 3]) -> Result<[f64; 3], NrrdError> {
-    notes.push(format!("oriented in {space}"));
+fn named(remarks: &mut Remarks, space: &str, signs: [f64; 3]) -> Result<[f64; 3], NrrdError> {
+    remarks.notes.push(format!("oriented in {space}"));
     Ok(signs)
 }
 
-/// Units of the array's axes are those of spacings, which are not what is read where there are directions; what they say must be what
-/// the directions are taken in.
-fn agree(fields: &Fields) -> Result<(), NrrdError> {
-    let Some(field) = fields.get("units") else {
-        return Ok(());
-    };
-    let taken = mm_per_unit(fields.get("space units"), &mut Vec::new())?;
-    let quoted: Vec<&str> = field.text.split('"').skip(1).step_by(2).map(str::trim).collect();
-    let is_known = |unit: &&str| !["", "???", "none"].contains(unit);
-    let is_taken = |unit: &str| mm_in(unit).is_some_and(|mm| taken == [mm; 3]);
-    match quoted.iter().copied().filter(is_known).all(is_taken) && (!quoted.is_empty() || field.text.is_empty()) {
-        true => Ok(()),
-        false => {
-            Err(field
-                .refuse("mm, as the space directions are taken, or the unit that `space units` says for all of them"))
+/// Ends of an axis that has a direction are refused, as the format's library does: they may say another place than the origin.
+fn no_ends(fields: &Fields, vectors: &[Option<[f64; 3]>]) -> Result<(), NrrdError> {
+    for field in ["axis mins", "axis maxs"].iter().filter_map(|name| fields.get(name)) {
+        let ends = field.text.split_whitespace().map(|word| word.parse::<f64>());
+        let says = |(end, vector): (Result<f64, _>, &Option<_>)| vector.is_some() && !end.is_ok_and(f64::is_nan);
+        if ends.zip(vectors).any(says) {
+            return Err(field.refuse("NaN for each axis with a space direction, which says where it lies"));
         }
     }
-}
-
-/// How many mm a unit has, where it is one that is read.
-fn mm_in(unit: &str) -> Option<f64> {
-    Some(match unit {
-        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => 1.0,
-        "cm" => 10.0,
-        "m" => 1e3,
-        "um" | "µm" | "μm" | "micron" | "microns" => 1e-3,
-        "nm" => 1e-6,
-        _ => return None,
-    })
-}
-
-/// A unit for each coordinate of space, as mm.
-fn mm_per_unit(units: Option<&Field>, notes: &mut Vec<String>) -> Result<[f64; 3], NrrdError> {
-    let unknown = "unit of length unknown, taken as mm";
-    let Some(field) = units else {
-        notes.push(unknown.to_owned());
-        return Ok([1.0; 3]);
-    };
-    let mut parts = field.text.split('"');
-    let mut scale = [1.0; 3];
-    for place in &mut scale {
-        let between = parts.next().map(str::trim);
-        let unit = parts.next().map(str::trim);
-        let (Some(""), Some(unit)) = (between, unit) else {
-            return Err(field.refuse(UNITS));
-        };
-        *place = match (unit, mm_in(unit)) {
-            (_, Some(mm)) => mm,
-            ("" | "???", None) => {
-                notes.push(unknown.to_owned());
-                1.0
-            }
-            _ => return Err(field.refuse(UNITS)),
-        };
-    }
-    match (parts.next().map(str::trim), parts.next()) {
-        (Some("") | None, None) => {}
-        _ => return Err(field.refuse(UNITS)),
-    }
-    if scale != [1.0; 3] {
-        notes.push(format!("lengths converted from {}", quote(&field.text)));
-    }
-    Ok(scale)
+    Ok(())
 }
 
 /// A vector or "none" for each axis of the array.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use geometry::VolumeGrid;
 
-use super::MAX_TRAIL;
+use super::{Remarks, trail};
 use crate::source::{Place, ReadError};
 use crate::stream::{Packing, open_file, opening};
 use crate::voxels::Sample;
@@ -68,8 +68,8 @@ pub(crate) struct Data {
     pub skip: Skip,
     /// The most bytes of a file that belong to a compressed stream.
     pub packed_limit: u64,
-    /// Remarks for a person.
-    pub notes: Vec<String>,
+    /// What is told a person.
+    pub remarks: Remarks,
 }
 
 /// One file of voxels, found and long enough.
@@ -78,6 +78,8 @@ pub(crate) struct Part {
     pub path: PathBuf,
     /// Byte of the first voxel, or of the compressed stream.
     pub offset: u64,
+    /// What is doubtful about its length.
+    pub doubt: Option<String>,
 }
 
 impl Data {
@@ -110,6 +112,7 @@ impl Data {
             Ok(Part {
                 path: path.clone(),
                 offset,
+                doubt: self.doubt(path, about.len(), offset),
             })
         };
         self.files.iter().map(part).collect()
@@ -148,6 +151,23 @@ impl Data {
         }
     }
 
+    /// What is told of bytes before and behind the voxels of an uncompressed file.
+    fn doubt(&self, path: &Path, length: u64, offset: u64) -> Option<String> {
+        if self.encoding != Encoding::Bytes(Packing::Plain) {
+            return None;
+        }
+        let before = offset.saturating_sub(self.skip.head);
+        if self.skip.bytes.is_none() && before >= self.slice_bytes() {
+            return Some(format!(
+                "{}: the voxels are the file's last bytes, and {before} before them are passed over, more than a slice: the header's \
+                 dimensions may be wrong",
+                path.display()
+            ));
+        }
+        let end = offset.saturating_add(self.part_bytes());
+        trail::doubt(path, end, length.saturating_sub(end))
+    }
+
     fn check_plain(&self, path: &Path, length: u64, offset: u64) -> Result<(), ReadError> {
         let end = offset.saturating_add(self.part_bytes());
         if length < end {
@@ -158,7 +178,7 @@ impl Data {
             };
             return Err(truncated(path, place, end, length));
         }
-        if length - end > MAX_TRAIL {
+        if length - end > trail::most(self.slice_bytes()) {
             return Err(ReadError::TooLong {
                 path: path.to_owned(),
                 expected: end,

@@ -1,8 +1,8 @@
 //! The voxels of one file after another, in order.
 
-use super::MAX_TRAIL;
 use super::data::{Data, Encoding, Part};
 use super::text::Words;
+use super::trail;
 use crate::source::{Place, ReadError};
 use crate::stream::{Packing, Stream};
 use crate::voxels::Decoder;
@@ -16,6 +16,9 @@ pub(crate) struct Sequence {
     encoding: Encoding,
     slices_per_file: u32,
     part_bytes: u64,
+    /// More bytes than these behind the last voxel are refused.
+    most_behind: u64,
+    remarks: Vec<String>,
     /// Unpacked bytes before the voxels of a compressed stream.
     skip: u64,
     packed_limit: u64,
@@ -37,6 +40,8 @@ impl Sequence {
             encoding: data.encoding,
             slices_per_file: data.slices_per_file.max(1),
             part_bytes: data.part_bytes(),
+            most_behind: trail::most(data.slice_bytes()),
+            remarks: Vec::new(),
             skip: data.skip.bytes.unwrap_or(0),
             packed_limit: data.packed_limit,
             current: None,
@@ -100,10 +105,22 @@ impl Sequence {
     /// Reads the open file to its end, which checks what comes after the voxels.
     fn close(&mut self) -> Result<(), ReadError> {
         match self.current.take() {
-            Some(Open::Bytes { mut stream, .. }) => stream.drain(MAX_TRAIL),
+            Some(Open::Bytes { mut stream, end }) => {
+                let behind = stream.drain(self.most_behind)?;
+                // What is known when the file is found was told then; and of many files one is enough.
+                if stream.length().is_none() && self.remarks.is_empty() {
+                    self.remarks = trail::packed(stream.path(), end, behind, stream.packed_behind());
+                }
+                Ok(())
+            }
             Some(Open::Words(mut words)) => words.end(),
             None => Ok(()),
         }
+    }
+
+    /// What was found behind the voxels that have been read, of compressed files.
+    pub(crate) fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// What can be checked only after the last slice.

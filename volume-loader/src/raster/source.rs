@@ -6,7 +6,7 @@ use super::PADDING_HU;
 use super::data::{Data, Encoding};
 use super::sequence::Sequence;
 use super::slices::PlainSlices;
-use crate::source::{Conversion, ReadError, SliceReader, Turn, VoxelSource};
+use crate::source::{Conversion, Facts, ReadError, SliceReader, Turn, VoxelSource};
 use crate::stream::Packing;
 use crate::voxels::Decoder;
 
@@ -24,8 +24,12 @@ impl RasterSource {
     ///
     /// # Errors
     /// [`ReadError`].
-    pub(crate) fn open(data: Data) -> Result<Self, ReadError> {
+    pub(crate) fn open(mut data: Data) -> Result<Self, ReadError> {
         let parts = data.locate()?;
+        // Of many files one is enough.
+        if let Some(doubt) = parts.iter().find_map(|part| part.doubt.clone()) {
+            data.remarks.doubt(doubt);
+        }
         let decoder = Decoder {
             sample: data.sample,
             big_endian: data.big_endian,
@@ -69,7 +73,7 @@ impl VoxelSource for RasterSource {
             sample,
             encoding,
             files,
-            notes,
+            remarks,
             ..
         } = &self.data;
         let ([nx, ny, nz], [sx, sy, sz]) = (grid.dims(), grid.spacing_mm());
@@ -81,8 +85,20 @@ impl VoxelSource for RasterSource {
             "{}: {format}, {}{files}, {sample:?}, {nx} x {ny} x {nz} voxels of {sx:.3} x {sy:.3} x {sz:.3} mm; {}",
             header.display(),
             encoding.word(),
-            notes.join("; ")
+            remarks.line()
         )
+    }
+
+    fn facts(&self) -> Facts {
+        let remarks = &self.data.remarks;
+        Facts {
+            warnings: remarks.doubts.clone(),
+            extra: Facts::modality(remarks.modality),
+        }
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.sequence.remarks().to_vec()
     }
 
     fn read_slice(&mut self, k: u32, out: &mut [i16]) -> Result<(), ReadError> {

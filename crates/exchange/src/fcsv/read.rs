@@ -4,9 +4,10 @@ use std::str;
 
 use super::row::columns;
 use super::{COLUMNS, FcsvError, Fiducials, MAX_BYTES, MAX_POINTS};
+use crate::named::named_in;
 use crate::points::{largest, position};
 use crate::units::{About, about, letters, unit_of, units_in};
-use crate::{ControlPoint, LeftOut, LengthUnit, NamedUnit, PatientAxes, Said, quoted, unmarked};
+use crate::{ControlPoint, LeftOut, LengthUnit, NamedAxes, NamedUnit, PatientAxes, Said, quoted, unmarked};
 
 /// Columns of a point, and of one of Slicer 5.
 const LENGTHS: [usize; 2] = [14, 16];
@@ -17,7 +18,7 @@ struct Head {
     version: Option<String>,
     axes: Option<PatientAxes>,
     /// Axes that are named in other comments.
-    named: Vec<PatientAxes>,
+    named: Vec<NamedAxes>,
     /// Units that are.
     units: Vec<NamedUnit>,
     columns: bool,
@@ -89,7 +90,7 @@ fn is_refused(comment: &str) -> Option<About> {
     let is_read = |about: &About| match about {
         About::Unit => unit_of(value.trim()) == Some(LengthUnit::Millimetre),
         // Held against the axes that are taken.
-        About::Axes => !PatientAxes::named_in(value).is_empty(),
+        About::Axes => named_in(value).iter().any(|named| named.axes.is_some()),
     };
     about(key).filter(|about| !is_read(about))
 }
@@ -144,7 +145,7 @@ impl Head {
             }
             _ => {
                 // Each once, however many comments there are.
-                let axes = PatientAxes::named_in(comment).into_iter();
+                let axes = named_in(comment).into_iter();
                 self.named
                     .extend(axes.filter(|axes| !self.named.contains(axes)).collect::<Vec<_>>());
                 let units = units_in(comment).into_iter();

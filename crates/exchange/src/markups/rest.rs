@@ -6,6 +6,7 @@ use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::Value;
 
 use super::MarkupsError;
+use crate::named::named_in;
 use crate::units::{About, about, units_in};
 use crate::{LengthUnit, PatientAxes, quoted};
 
@@ -74,7 +75,7 @@ fn agree(place: &str, key: &str, value: &Value, taken: Taken) -> Result<(), Mark
     let is_same = match (about(key), value) {
         (_, Value::Object(keys)) => return keys.iter().try_for_each(|(key, value)| agree(place, key, value, taken)),
         (Some(About::Unit), value) => is_unit(value, taken.unit),
-        (Some(About::Axes), Value::String(word)) => word.eq_ignore_ascii_case(taken.axes.name()),
+        (Some(About::Axes), Value::String(word)) => PatientAxes::of_word(word) == Some(taken.axes),
         (Some(About::Axes), value) => PatientAxes::of_word(&value.to_string()) == Some(taken.axes),
         (None, Value::Array(values)) => {
             return values.iter().try_for_each(|value| agree(place, key, value, taken));
@@ -111,7 +112,8 @@ fn is_unit(value: &Value, unit: LengthUnit) -> bool {
 
 /// Whether a text names no axes and no unit, or those that are taken among others.
 fn names(text: &str, taken: Taken) -> bool {
-    let (axes, units) = (PatientAxes::named_in(text), units_in(text));
+    let (axes, units) = (named_in(text), units_in(text));
+    let are_taken = axes.iter().any(|named| named.axes == Some(taken.axes));
     let is_taken = units.iter().any(|named| named.unit == Some(taken.unit));
-    (axes.is_empty() || axes.contains(&taken.axes)) && (units.is_empty() || is_taken)
+    (axes.is_empty() || are_taken) && (units.is_empty() || is_taken)
 }

@@ -1,8 +1,9 @@
 //! A surface as a file has it, before its frame and unit are settled.
 
 use super::{MAX_COUNT, MeshError};
+use crate::named::named_in;
 use crate::units::{About, about, unit_of, units_in};
-use crate::{LengthUnit, NamedUnit, PatientAxes};
+use crate::{LengthUnit, NamedAxes, NamedUnit, PatientAxes};
 
 /// Points in the file's own numbers, triangles that nobody has checked, and the axes and the unit that its comments say.
 #[derive(Debug, Default)]
@@ -11,7 +12,7 @@ pub(super) struct Raw {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) axes: Option<PatientAxes>,
     /// Axes that are named in comments, also otherwise than as `SPACE=`.
-    pub(super) named: Vec<PatientAxes>,
+    pub(super) named: Vec<NamedAxes>,
     pub(super) unit: Option<LengthUnit>,
     /// Units that are named in comments.
     pub(super) units: Vec<NamedUnit>,
@@ -61,7 +62,7 @@ impl Raw {
         scale(comment)?;
         frame(comment)?;
         // Each once, however many comments there are.
-        let axes = PatientAxes::named_in(comment).into_iter();
+        let axes = named_in(comment).into_iter();
         self.named
             .extend(axes.filter(|axes| !self.named.contains(axes)).collect::<Vec<_>>());
         let units = units_in(comment).into_iter().filter(|_| !is_numbered);
@@ -100,7 +101,8 @@ fn frame(comment: &str) -> Result<(), MeshError> {
         // `coordinate system` is two words; `1 unit` and `space` are read elsewhere.
         let is_key = last.eq_ignore_ascii_case("system") || about(last) == Some(About::Axes);
         let is_space = last.to_ascii_lowercase().ends_with("space");
-        if is_key && !is_space && about(key) == Some(About::Axes) && PatientAxes::named_in(&value).is_empty() {
+        let is_read = || named_in(&value).iter().any(|named| named.axes.is_some());
+        if is_key && !is_space && about(key) == Some(About::Axes) && !is_read() {
             let found = crate::quoted(comment[before.len() - key.len()..].trim());
             return Err(MeshError::Frame { found });
         }

@@ -120,6 +120,68 @@ fn axes_that_are_written_a_little_differently_are_not_overruled() {
     assert_eq!(read(&text).points[0].position, Point::new(-10.0, -20.0, 30.0));
 }
 
+/// `exported along right-anterior-superior` beside LPS was passed over, and the mirror taken; written-out axes of the key were refused.
+#[test]
+fn axes_that_are_written_out_are_read_or_held_against_what_is_taken() {
+    let row = "1,10,20,30,0,0,0,1,1,1,0,a,,\n";
+    let left = |axes: &str| read(&file("4.11", axes, row)).points[0].position == Point::new(10.0, 20.0, 30.0);
+    for axes in [
+        "lps",
+        "Left-Posterior-Superior",
+        "left posterior superior",
+        "L P S",
+        "LeftPosteriorSuperior",
+    ] {
+        assert!(left(axes), "{axes}");
+    }
+    for axes in [
+        "ras",
+        "Right-Anterior-Superior",
+        "RIGHT ANTERIOR SUPERIOR",
+        "R A S",
+        "r/a/s",
+    ] {
+        assert!(!left(axes), "{axes}");
+    }
+    for axes in [
+        "LAS",
+        "RAI",
+        "left-anterior-superior",
+        "R -A S",
+        "superior-anterior-right",
+        "right-anterior",
+        "scanner",
+    ] {
+        let said = refused(&file("4.11", axes, row));
+        assert!(said.contains("line 2: CoordinateSystem is"), "{axes}: {said}");
+    }
+    let beside = |comment: &str| {
+        let text = file("4.11", "LPS", row).replacen(COLUMNS, &format!("# {comment}\n{COLUMNS}"), 1);
+        fcsv::read(text.as_bytes(), Said::default())
+            .map(drop)
+            .map_err(|error| error.to_string())
+    };
+    for comment in [
+        "exported along right-anterior-superior",
+        "Right Anterior Superior coordinates",
+        "axes: R A S",
+        "in LAS",
+        "space: left-anterior-superior",
+        "reference frame = R A S",
+    ] {
+        let said = beside(comment).unwrap_err();
+        assert!(said.contains("a comment"), "{comment}: {said}");
+    }
+    for comment in [
+        "in left-posterior-superior",
+        "from RAS to L P S",
+        "the right anterior superior iliac spine",
+        "frame: Left Posterior Superior",
+    ] {
+        assert_eq!(beside(comment), Ok(()), "{comment}");
+    }
+}
+
 /// Centimetres were read as mm: no comment about units was looked at.
 #[test]
 fn a_unit_that_a_comment_says_is_not_overruled() {

@@ -247,6 +247,12 @@ fn axes_and_units_that_are_said_elsewhere_are_not_overruled() {
             "the file has the key \"comment\"",
         ),
         (
+            "\"comment\": \"along Right-Anterior-Superior\", ",
+            "",
+            "",
+            "the file has the key \"comment\"",
+        ),
+        (
             "\"meta\": {\"made\": [\"all in cm\"]}, ",
             "",
             "",
@@ -297,6 +303,11 @@ fn axes_and_units_that_are_said_elsewhere_are_not_overruled() {
             "\"comment\": \"from RAS to LPS, cm to mm\", ",
             ", \"space\": \"lps\"",
             ", \"units\": \"mm\"",
+        ),
+        (
+            "",
+            ", \"space\": \"left-posterior-superior\", \"coordinateSystem\": \"Left-Posterior-Superior\"",
+            "",
         ),
     ] {
         let found = read(&with(top, markup, point)).unwrap();

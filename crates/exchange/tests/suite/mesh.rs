@@ -176,6 +176,8 @@ fn axes_that_are_written_a_little_differently_are_not_overruled() {
         "xSPACE=RAS",
         "Coordinates RAS",
         "exported along ras",
+        "exported along Right-Anterior-Superior",
+        "axes R A S",
     ] {
         let said = refused(&obj(comment), MeshFormat::Obj, LPS);
         assert!(said.contains("nothing was taken"), "{comment}: {said}");

@@ -91,6 +91,7 @@ fn values_are_refused_with_line_and_text() {
         "DimSize = 2 3 2 1",
         "HeaderSize = -2",
         "HeaderSize = 10",
+        "HeaderSizesPerDataFile = 0 512",
         "ElementNumberOfChannels = 3",
         "ElementType = MET_LONG",
         "ElementType = MET_FLOAT_ARRAY",
@@ -124,6 +125,25 @@ fn values_are_refused_with_line_and_text() {
             ..
         }
     ));
+}
+
+/// Centimetres and an origin were passed over where the field was written in other letters.
+#[test]
+fn fields_in_other_letters_are_not_passed_over() {
+    for line in [
+        "distanceUnits = cm",
+        "OFFSET = 1 2 3",
+        "position = 1 2 3",
+        "Headersize = 4",
+        "anatomicalorientation = LPI",
+        "elementdatafile = a.raw",
+    ] {
+        let found = refused(&[line]);
+        assert!(
+            matches!(found, MetaImageError::Letters { line: 10, .. }),
+            "{line}: {found}"
+        );
+    }
 }
 
 #[test]
@@ -184,9 +204,9 @@ fn wrong_lengths_are_refused_with_numbers() {
     assert!(matches!(read_bytes(&bomb), Err(ReadError::TooLong { found, .. }) if found < 100_000));
     let long = hand(&[], &vec![0; 90_000]);
     assert!(matches!(read_bytes(&long), Err(ReadError::TooLong { .. })));
-    let huge = hand(&["DimSize = 16000 16000 16"], &counted());
+    let huge = hand(&["DimSize = 9000 9000 16"], &counted());
     assert!(matches!(read_bytes(&huge), Err(ReadError::Truncated { .. })));
-    let last = hand(&["DimSize = 16000 16000 16", "HeaderSize = -1"], &counted());
+    let last = hand(&["DimSize = 9000 9000 16", "HeaderSize = -1"], &counted());
     assert!(matches!(
         read_bytes(&last),
         Err(ReadError::Truncated {

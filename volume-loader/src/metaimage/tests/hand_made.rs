@@ -1,7 +1,7 @@
 //! Every variety of header, and what is read from it.
 
 use super::*;
-use crate::raster::test_files::{gzip, zlib};
+use crate::raster::test_files::{drink_both, gzip, zlib};
 use crate::source::VoxelSource;
 
 fn voxels(bytes: &[u8]) -> Vec<i16> {
@@ -159,4 +159,84 @@ fn voxels_may_lie_in_other_files() {
         voxels(&hand(&["HeaderSize = -1"], &[&b"between"[..], &bytes].concat())),
         want
     );
+}
+
+fn facts(changes: &[&str], options: OpenOptions) -> (String, Option<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let source = open(&file(&folder, "a.mha", &hand(changes, &counted())), options).unwrap();
+    let (facts, line) = (source.facts(), source.describe());
+    assert!(facts.warnings.iter().all(|doubt| line.contains(doubt)), "{line}");
+    let modality = facts.extra.get("modality").and_then(|word| word.as_str());
+    (facts.warnings.join("; "), modality.map(str::to_owned))
+}
+
+/// They stood in the line of the format alone, and were no warnings where DICOM's doubts are.
+#[test]
+fn what_is_doubtful_is_a_warning() {
+    let of = |changes: &[&str]| facts(changes, ASSUMED).0;
+    assert_eq!(of(&[]), "");
+    assert_eq!(of(&["DistanceUnits = ?"]), "unit of length unknown, taken as mm");
+    assert_eq!(of(&["DistanceUnits = cm"]), "lengths converted from cm");
+    assert!(of(&["TransformMatrix="]).contains("NO ORIENTATION IN THE FILE"));
+    assert!(of(&["Offset="]).contains("no origin in the file"));
+    assert!(
+        of(&["ElementOrigin = 9 9 9", "ElementDirection = -1 0 0 0 1 0 0 0 1"]).ends_with("was passed over: line 10")
+    );
+    assert_eq!(of(&["ElementSize = 1 1 1.0"]), "");
+    assert!(of(&["ElementSize = 1 1 2"]).contains("ElementSize is not ElementSpacing"));
+    assert!(of(&["TransformMatrix=", "AnatomicalOrientation = LPS"]).contains("where they come from is RAI"));
+    assert!(of(&["AnatomicalOrientation = LPS"]).contains("where they come from is RAI"));
+}
+
+/// Numbers of a magnet were shown as HU, whatever the header said of them.
+#[test]
+fn numbers_that_the_header_says_are_no_hu_are_doubted() {
+    let of = |line: &str| facts(&[line], OpenOptions::default());
+    for line in ["Modality = MET_MOD_CT", "0008|0060 = CT"] {
+        assert_eq!(of(line), (String::new(), Some("CT".to_owned())), "{line}");
+    }
+    for line in ["Modality = MET_MOD_UNKNOWN", "0028|1054 = HU", "Comment = units: mm"] {
+        assert_eq!(of(line), (String::new(), None), "{line}");
+    }
+    for (line, words, modality) in [
+        (
+            "Modality = MET_MOD_MR",
+            "not a CT (MR, by Modality): its numbers are not HU",
+            Some("MR"),
+        ),
+        ("Modality = MET_MOD_OTHER", "not a CT (OT", Some("OT")),
+        ("0008|0060 = PT", "not a CT (PT, by a field)", Some("PT")),
+        ("0028|1054 = US", "RescaleType is US, not HU", None),
+        ("Comment = Doe^John, units: cm", "Comment has the unit cm", None),
+        ("Comment = TE=3.1;Time=1", "Comment has the word TE", Some("MR")),
+    ] {
+        let (said, found) = of(line);
+        assert!(said.contains(words) && !said.contains("Doe"), "{line}: {said}");
+        assert_eq!(found.as_deref(), modality, "{line}");
+    }
+}
+
+/// What followed the compressed voxels, a second stream of them too, was passed over in silence.
+#[test]
+fn bytes_behind_the_voxels_are_told() {
+    let told = |changes: &[&str], bytes: &[u8]| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut source = open(&file(&folder, "a.mha", &hand(changes, bytes)), OpenOptions::default()).unwrap();
+        drink_both(&mut source).unwrap();
+        [source.facts().warnings, source.remarks()].concat().join("; ")
+    };
+    let packed = zlib(&counted());
+    let two = [packed.clone(), zlib(&counted())].concat();
+    let size = format!("CompressedDataSize = {}", packed.len());
+    assert_eq!(told(&["CompressedData = True", &size], &packed), "");
+    let words = format!("{} bytes follow the compressed voxels", packed.len());
+    for changes in [&["CompressedData = True", &size][..], &["CompressedData = True"]] {
+        let said = told(changes, &two);
+        assert!(said.contains(&words), "{said}");
+    }
+    let said = told(&["CompressedData = True"], &zlib(&[counted(), vec![0; 11]].concat()));
+    assert!(said.contains("end at byte 24 and 11 more follow"), "{said}");
+    let said = told(&[], &[counted(), vec![0; 11]].concat());
+    assert!(said.contains("11 more follow"), "{said}");
+    assert_eq!(told(&[], &counted()), "");
 }

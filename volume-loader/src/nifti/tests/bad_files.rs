@@ -178,7 +178,7 @@ fn a_short_plain_file_is_refused_before_a_voxel_is_read() {
 #[test]
 fn a_huge_header_allocates_nothing() {
     let mut hand = Hand::counted(false);
-    hand.dims(&[3, 16_384, 16_384, 15, 1, 1, 1, 1]);
+    hand.dims(&[3, 9_000, 9_000, 15, 1, 1, 1, 1]);
     assert!(matches!(open_bytes(&hand.bytes), Err(ReadError::Truncated { .. })));
     // Packed, the length shows only while reading; one row is enough to find out.
     assert!(open_bytes(&gzip(&hand.bytes)).is_ok());
@@ -210,14 +210,51 @@ fn a_proper_stream_with_too_few_voxels_is_refused() {
     assert!(want, "{error}");
 }
 
+/// Up to 64 KiB behind the voxels were passed over in silence: more than a slice of a small volume.
 #[test]
-fn a_file_far_longer_than_its_header_says_is_refused() {
-    let mut bytes = Hand::counted(false).bytes;
-    bytes.resize(bytes.len() + 100, 0);
-    assert!(read_bytes(&bytes).is_ok());
-    bytes.resize(bytes.len() + 100_000, 0);
-    assert!(matches!(read_bytes(&bytes), Err(ReadError::TooLong { .. })));
-    assert!(matches!(read_bytes(&gzip(&bytes)), Err(ReadError::TooLong { .. })));
+fn a_file_longer_than_its_header_says_is_told_of_and_refused_from_a_slice_on() {
+    let whole = Hand::counted(false).bytes;
+    let longer = |more: usize| [whole.clone(), vec![0; more]].concat();
+    let told = |bytes: &[u8]| {
+        let mut source = open_bytes(bytes).unwrap();
+        drink(&mut source).unwrap();
+        [source.facts().warnings, source.remarks()].concat().join("; ")
+    };
+    for bytes in [whole.clone(), gzip(&whole)] {
+        assert_eq!(told(&bytes), "");
+    }
+    for bytes in [longer(11), gzip(&longer(11))] {
+        let said = told(&bytes);
+        assert!(said.contains("the voxels end at byte 376 and 11 more follow"), "{said}");
+    }
+    // A slice has 2 x 3 voxels of 2 bytes.
+    for bytes in [longer(12), gzip(&longer(12)), longer(100_000), gzip(&longer(100_000))] {
+        assert!(matches!(
+            read_bytes(&bytes),
+            Err(ReadError::TooLong { expected: 376, .. })
+        ));
+    }
+}
+
+/// A place in kilometres was taken.
+#[test]
+fn an_origin_where_no_patient_is_is_refused() {
+    for (at, value) in [(292, 2e6), (324, -10_001.0)] {
+        let found = refused(|h| h.f32(at, value));
+        assert!(matches!(found, HeaderError::Grid(GridError::Far { .. })), "{found}");
+    }
+    // A header in metres.
+    let found = refused(|h| {
+        h.raw(123, &[1])
+            .f32(280, 0.001)
+            .f32(300, 0.001)
+            .f32(320, 0.001)
+            .f32(80, 0.001)
+            .f32(84, 0.001)
+            .f32(88, 0.001)
+            .f32(292, 120.0)
+    });
+    assert!(matches!(found, HeaderError::Grid(GridError::Far { .. })), "{found}");
 }
 
 #[test]

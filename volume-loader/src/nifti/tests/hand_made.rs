@@ -101,9 +101,85 @@ fn slope_and_intercept_give_hu() {
     hand.f32(112, 2.0).f32(116, -1000.0);
     let want: Vec<i16> = (0..12).map(|v| 2 * v - 1000).collect();
     assert_eq!(read_bytes(&hand.bytes).unwrap().0, want);
-    // Slope 0 is no scale, and the intercept means nothing then.
-    hand.f32(112, 0.0);
+}
+
+/// Places of a template, into which a patient is stretched, were shown as hers.
+#[test]
+fn places_of_a_template_are_doubted() {
+    for (at, code, name) in [
+        (254, 4, "sform_code is 4"),
+        (254, 3, "sform_code is 3"),
+        (252, 5, "qform_code is 5"),
+        (254, 2, ""),
+        (252, 1, ""),
+    ] {
+        let mut hand = Hand::counted(false);
+        hand.i16(254, 0).i16(at, code);
+        let said = open_bytes(&hand.bytes).unwrap().facts().warnings.join("; ");
+        assert_eq!(
+            (said.contains("of a template"), said.contains(name)),
+            (!name.is_empty(), true),
+            "{said}"
+        );
+    }
+}
+
+/// ITK adds the intercept and nibabel does not: 1024 HU apart, and nothing was told.
+#[test]
+fn an_intercept_beside_a_slope_of_0_is_no_scale_and_a_doubt() {
+    let mut hand = Hand::counted(false);
+    hand.f32(112, 0.0).f32(116, -1024.0);
     assert_eq!(read_bytes(&hand.bytes).unwrap().0, (0..12).collect::<Vec<i16>>());
+    let said = open_bytes(&hand.bytes).unwrap().facts().warnings.join("; ");
+    assert!(
+        said.contains("scl_slope is 0 and scl_inter -1024") && said.contains("ITK add -1024 HU"),
+        "{said}"
+    );
+    hand.f32(116, 0.0);
+    assert_eq!(open_bytes(&hand.bytes).unwrap().facts().warnings, [""; 0]);
+}
+
+/// Numbers of a magnet and of statistics were shown as HU, whatever the header said of them.
+#[test]
+fn numbers_that_the_header_says_are_no_hu_are_doubted() {
+    let of = |change: &dyn Fn(&mut Hand)| {
+        let mut hand = Hand::counted(false);
+        change(&mut hand);
+        let facts = open_bytes(&hand.bytes).unwrap().facts();
+        let modality = facts.extra.get("modality").and_then(|word| word.as_str());
+        (facts.warnings.join("; "), modality.map(str::to_owned))
+    };
+    let text = |at: usize, text: &str| {
+        of(&|hand: &mut Hand| {
+            hand.raw(at, text.as_bytes());
+        })
+    };
+    for (at, good) in [
+        (148, "abdomen, 120 kV"),
+        (148, "TE=0;Time=120.5"),
+        (228, "units: HU"),
+        (328, "Modality=CT"),
+    ] {
+        assert_eq!(text(at, good).0, "", "{good}");
+    }
+    assert_eq!(text(328, "Modality=CT").1.as_deref(), Some("CT"));
+    let (said, modality) = text(148, "TE=2.5;Time=120.5 of Doe^John");
+    assert!(
+        said.contains("descrip has the word TE") && !said.contains("Doe"),
+        "{said}"
+    );
+    assert_eq!(modality.as_deref(), Some("MR"));
+    assert!(text(228, "units: cm").0.contains("aux_file has the unit cm"));
+    assert!(text(328, "SUV").0.contains("intent_name has the word suv"));
+    for (code, words) in [
+        (3, "intent_code is 3, where a CT has 0"),
+        (1002, "its numbers are labels"),
+    ] {
+        let (said, _) = of(&|hand: &mut Hand| {
+            hand.i16(68, code);
+        });
+        assert!(said.contains(words), "{said}");
+    }
 }
 
 #[test]

@@ -111,7 +111,14 @@ fn a_unit_or_a_space_that_is_said_elsewhere_is_not_passed_over() {
     ] {
         read(more).unwrap_or_else(|error| panic!("{more:?}: {error}"));
     }
-    for key in ["space:=RAS", "Space Units:=\"m\"", "units:=m"] {
+    for key in [
+        "space:=RAS",
+        "Space Units:=\"m\"",
+        "units:=m",
+        "sizes:=9 9 9",
+        "endian:=big",
+        "byte skip:=8",
+    ] {
         assert!(read(&[key]).unwrap_err().to_string().contains("before :="), "{key}");
     }
 }
@@ -124,19 +131,15 @@ fn values_are_refused_with_line_and_text() {
         "dimension: 2",
         "dimension: 5",
         "dimension: three",
-        "sizes: 2 3",
-        "sizes: 2 3 2 1",
         "sizes: 2 3 2.5",
         "space: 3D-left-handed",
         "space: left-posterior-superior-time",
-        "space directions: (1,0,0) (0,1,0)",
         "space directions: (1,0,0) (0,1,0) none",
         "space directions: (1,0,0) (0,1,0) (0,0,1",
         "space directions: (1,0,0) (0,1,0) (0,0,1,0)",
         "space directions: 1 1 1",
         "space origin: (0,0)",
         "space origin: 0 0 0",
-        "space units: \"mm\" \"mm\"",
         "space units: mm mm mm",
         "space units: \"inch\" \"inch\" \"inch\"",
         "space dimension: 2",
@@ -171,6 +174,80 @@ fn values_are_refused_with_line_and_text() {
         "space directions: none (1,0,0) (0,1,0) (0,0,1)",
     ];
     assert!(matches!(refused(&four), NrrdError::Value { field: "sizes", .. }));
+}
+
+/// Entries that were missing were passed over, and so were those too many: kinds, spacings and mins of another volume.
+#[test]
+fn a_list_that_is_shorter_or_longer_than_the_axes_is_refused_with_counts() {
+    for (bad, found, expected) in [
+        ("sizes: 2 3", 2, 3),
+        ("sizes: 2 3 2 1", 4, 3),
+        ("spacings: 1 1", 2, 3),
+        ("spacings: 1 1 1 1", 4, 3),
+        ("thicknesses: nan nan 1 1", 4, 3),
+        ("axis mins: 0 0", 2, 3),
+        ("axis maxs: 0", 1, 3),
+        ("centers: cell cell", 2, 3),
+        ("kinds: domain domain", 2, 3),
+        ("kinds: domain domain domain domain", 4, 3),
+        ("kinds:  ", 0, 3),
+        ("labels: \"x\" \"y\"", 2, 3),
+        ("labels: \"x \\\" y\" \"z\"", 2, 3),
+        ("units: \"mm\" \"mm\"", 2, 3),
+        ("units: \"mm\" \"mm\" \"mm\" \"mm\"", 4, 3),
+        ("space units: \"mm\" \"mm\"", 2, 3),
+        ("space units: \"mm\" \"mm\" \"mm\" \"mm\"", 4, 3),
+        ("space directions: (1,0,0) (0,1,0)", 2, 3),
+        ("space directions: (1,0,0) (0,1,0) (0,0,1) none", 4, 3),
+        ("space origin: (0,0,0) (0,0,0)", 2, 1),
+        ("measurement frame: (1,0,0) (0,1,0)", 2, 3),
+    ] {
+        let (name, _) = bad.split_once(':').unwrap();
+        let error = refused(&[bad]);
+        let told = matches!(error, NrrdError::Count { field, found: f, expected: e, .. } if (field, f, e) == (name, found, expected));
+        assert!(told, "{bad}: {error}");
+    }
+    let whole = [
+        "kinds: domain domain domain",
+        "labels: \"x\" \"y \\\" y\" \"z\"",
+        "thicknesses: nan nan 1",
+        "measurement frame: (1,0,0) (0,1,0) (0,0,1)",
+    ];
+    assert!(read_bytes(&hand(&whole, &counted())).is_ok());
+}
+
+/// Up to 64 KiB behind the voxels were passed over in silence: more than a slice of a small volume.
+#[test]
+fn bytes_behind_the_voxels_are_told_and_a_slice_of_them_is_refused() {
+    let told = |bytes: Vec<u8>| -> Result<String, ReadError> {
+        let folder = tempfile::tempdir().unwrap();
+        let mut source = open(&file(&folder, "a.nrrd", &bytes), OpenOptions::default())?;
+        drink_both(&mut source)?;
+        Ok([source.facts().warnings, source.remarks()].concat().join("; "))
+    };
+    let behind = |more: usize| [counted(), vec![0; more]].concat();
+    let mm = "space units: \"mm\" \"mm\" \"mm\"";
+    let whole = hand(&[mm], &counted());
+    assert_eq!(told(whole.clone()).unwrap(), "");
+    let said = told(hand(&[mm], &behind(11))).unwrap();
+    let words = format!("the voxels end at byte {} and 11 more follow", whole.len());
+    assert!(said.contains(&words), "{said}");
+    let said = told(hand(&[mm, "encoding: gzip"], &gzip(&behind(11)))).unwrap();
+    assert!(said.contains("end at byte 24 and 11 more follow"), "{said}");
+    // A slice: 2 x 3 voxels of 2 bytes.
+    for bytes in [
+        hand(&[mm], &behind(12)),
+        hand(&[mm, "encoding: gzip"], &gzip(&behind(12))),
+    ] {
+        assert!(matches!(told(bytes), Err(ReadError::TooLong { .. })));
+    }
+    // Voxels that are the file's last bytes, behind a slice that the header does not know.
+    let said = told(hand(&[mm, "byte skip: -1"], &[vec![0; 12], counted()].concat())).unwrap();
+    assert!(said.contains("12 before them are passed over"), "{said}");
+    assert_eq!(
+        told(hand(&[mm, "byte skip: -1"], &[vec![0; 11], counted()].concat())).unwrap(),
+        ""
+    );
 }
 
 #[test]
@@ -234,7 +311,7 @@ fn wrong_lengths_are_refused_with_numbers() {
     assert!(matches!(read_bytes(&long), Err(ReadError::TooLong { .. })));
     let bomb = hand(&["encoding: gzip"], &gzip(&vec![0; 50_000_000]));
     assert!(matches!(read_bytes(&bomb), Err(ReadError::TooLong { found, .. }) if found < 100_000));
-    let huge = hand(&["sizes: 16000 16000 16"], &counted());
+    let huge = hand(&["sizes: 9000 9000 16"], &counted());
     assert!(matches!(read_bytes(&huge), Err(ReadError::Truncated { .. })));
     let lines = hand(&["line skip: 60000000"], &counted());
     assert!(matches!(

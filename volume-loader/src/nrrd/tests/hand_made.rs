@@ -288,3 +288,66 @@ fn voxels_may_lie_in_other_files() {
     let path = file(&folder, "bare.nhdr", bare.trim_ascii_end());
     assert_eq!(read(&path).unwrap().0, want);
 }
+
+fn facts(changes: &[&str], options: OpenOptions) -> (String, Option<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let source = open(&file(&folder, "a.nrrd", &hand(changes, &counted())), options).unwrap();
+    let (facts, line) = (source.facts(), source.describe());
+    assert!(facts.warnings.iter().all(|doubt| line.contains(doubt)), "{line}");
+    let modality = facts.extra.get("modality").and_then(|word| word.as_str());
+    (facts.warnings.join("; "), modality.map(str::to_owned))
+}
+
+/// They stood in the line of the format alone, and were no warnings where DICOM's doubts are.
+#[test]
+fn what_is_doubtful_is_a_warning() {
+    let mm = "space units: \"mm\" \"mm\" \"mm\"";
+    let of = |changes: &[&str]| facts(changes, ASSUMED).0;
+    assert_eq!(of(&[mm]), "");
+    assert_eq!(of(&[]), "unit of length unknown, taken as mm");
+    assert!(of(&["space units: \"cm\" \"cm\" \"cm\""]).contains("lengths converted from \"cm\""));
+    assert!(of(&[mm, "space:"]).contains("NO ORIENTATION IN THE FILE"));
+    assert!(of(&[mm, "space origin:"]).contains("no origin in the file"));
+    let plain = [
+        "space directions:",
+        "space origin:",
+        "space:",
+        "spacings: 1 2 3",
+        "units: \"mm\" \"mm\" \"mm\"",
+    ];
+    assert!(of(&plain).contains("NO ORIENTATION IN THE FILE"));
+}
+
+/// Numbers of a magnet were shown as HU, whatever the header said of them.
+#[test]
+fn numbers_that_the_header_says_are_no_hu_are_doubted() {
+    let mm = "space units: \"mm\" \"mm\" \"mm\"";
+    let of = |line: &str| facts(&[mm, line], OpenOptions::default());
+    for line in [
+        "sample units: \"HU\"",
+        "sample units: Hounsfield units",
+        "sample units: ???",
+        "# Modality: CT",
+        "modality:=CT",
+        "content: a liver",
+    ] {
+        assert_eq!(of(line).0, "", "{line}");
+    }
+    assert_eq!(of("modality:=CT").1.as_deref(), Some("CT"));
+    for (line, words) in [
+        ("sample units: Bq/ml", "sample units are Bq/ml: its numbers are not HU"),
+        ("# units: cm", "a comment has the unit cm"),
+        ("# RescaleType: US", "RescaleType is US, not HU"),
+        ("content: brain MRI of Doe^John", "content has the word mri"),
+        ("intensity unit:=SUV", "a key has the unit suv"),
+    ] {
+        let (said, _) = of(line);
+        assert!(said.contains(words) && !said.contains("Doe"), "{line}: {said}");
+    }
+    let (said, modality) = of("DICOM_0008_0060_Modality:=MR");
+    assert!(
+        said.contains("not a CT (MR, by a key): its numbers are not HU"),
+        "{said}"
+    );
+    assert_eq!(modality.as_deref(), Some("MR"));
+}
