@@ -358,13 +358,21 @@ impl<'a> Client<'a> {
             }
             1 => self.answers.pop_front().map(|answer| self.said(&answer)),
             2 => mailbox.hear(),
-            _ => {
-                let views = (0..self.known.views.len()).map(Slot::View);
-                std::iter::once(Slot::Volume)
-                    .chain(views)
-                    .find_map(|slot| mailbox.take(slot))
-            }
+            _ => mailbox
+                .take(Slot::Volume)
+                .or_else(|| (0..self.known.views.len()).find_map(|view| self.waiting_image(view, now_ns))),
         }
+    }
+
+    /// The image of a view that waits. One that has grown old on its way is not sent, and what follows it is owed: who asked once asks no more.
+    fn waiting_image(&self, view: usize, now_ns: i64) -> Option<Arc<Letter>> {
+        let mailbox = &self.place.mailbox;
+        let letter = mailbox.take(Slot::View(view))?;
+        if letter.holds_at(now_ns) {
+            return Some(letter);
+        }
+        mailbox.wish(Some(view), |wish| wish.owed = true);
+        None
     }
 
     /// The tools of a stream, where the client has begun one and the next is due.

@@ -63,6 +63,25 @@ pub(crate) struct Wish {
     pub(crate) stream: bool,
     /// Once.
     pub(crate) once: bool,
+    /// Whatever there is to be seen, and be it the same as before: a stream has just begun, or what was sent last had grown old on its way.
+    pub(crate) owed: bool,
+}
+
+impl Wish {
+    /// Whether anything is wanted.
+    pub(crate) fn is_any(self) -> bool {
+        self.stream || self.once || self.owed
+    }
+
+    /// Whether an image is wanted that was sent before.
+    pub(crate) fn is_at_once(self) -> bool {
+        self.once || self.owed
+    }
+
+    /// Something was sent.
+    pub(crate) fn is_met(&mut self) {
+        (self.once, self.owed) = (false, false);
+    }
 }
 
 #[derive(Debug)]
@@ -95,6 +114,7 @@ impl Mailbox {
         let wish = Wish {
             stream: streams,
             once: false,
+            owed: streams,
         };
         Ok(Self {
             inner: Mutex::new(Inner {
@@ -271,6 +291,17 @@ mod tests {
         assert!(Arc::ptr_eq(&mailbox.hear().unwrap(), &all[36]));
         let rest = std::iter::from_fn(|| mailbox.hear()).count();
         assert_eq!((rest, mailbox.overtaken()), (63, 36));
+    }
+
+    #[test]
+    fn a_stream_that_begins_is_owed_an_image_until_one_is_sent() {
+        let mailbox = Mailbox::new(1, true).unwrap();
+        assert!(mailbox.wished(0).is_at_once());
+        mailbox.wish(Some(0), Wish::is_met);
+        let wish = mailbox.wished(0);
+        assert!(wish.is_any() && !wish.is_at_once());
+        mailbox.wish(None, |wish| *wish = Wish::default());
+        assert!(!mailbox.wished(0).is_any());
     }
 
     #[test]

@@ -36,6 +36,9 @@ pub(crate) fn is_true(frame: &Frame, now_ns: i64, ages: Ages) -> bool {
     claim(frame, now_ns, ages).is_some()
 }
 
+/// Why an image is black that nothing else covers.
+pub(crate) const GROWN_OLD: &str = "the image has grown old";
+
 /// The image as it is at `now_ns` on the session's clock: a black one where it claims what is no longer true, or where
 /// the run does not let images be shown (`why_not`).
 ///
@@ -61,7 +64,7 @@ pub(crate) fn letter(
     };
     let status = match (claim, why_not) {
         (_, Some(why)) => format!("COVERED: {why}"),
-        (None, None) => "COVERED: the image has grown old".to_owned(),
+        (None, None) => format!("COVERED: {GROWN_OLD}"),
         (Some(FrameState::Live), None) if origin.is_present() => "LIVE".to_owned(),
         (Some(FrameState::Live), None) => "VALID".to_owned(),
         (Some(FrameState::Stale), None) => "STALE".to_owned(),

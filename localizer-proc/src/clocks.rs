@@ -24,10 +24,8 @@ pub struct DeviceClock {
     mapping: Mapping,
     last: Option<Captured>,
     images: ImageLaw,
-    /// Frames come in answer to a question: none waits in a queue.
+    /// Frames come in answer to a question.
     is_polled: bool,
-    /// How long frames may have waited when the connection before ended, ns: another connection alone says nothing of a queue of the peer.
-    carried_ns: i64,
 }
 
 /// The time of an image's capture.
@@ -65,11 +63,19 @@ impl DeviceClock {
             last: None,
             images: ImageLaw::new(latest_image_ns),
             is_polled: false,
-            carried_ns: 0,
         }
     }
 
-    /// Of a peer that is asked for each frame, and answers with the newest.
+    /// Of a peer whose frames may have waited for so long, as a process found that followed it before.
+    #[must_use]
+    pub fn having_waited(self, waited_ns: i64) -> Self {
+        Self {
+            mapping: self.mapping.having_waited(waited_ns),
+            ..self
+        }
+    }
+
+    /// Of a peer that is asked for each frame, and answers with the newest: none is older than its question, but for the time between two.
     #[must_use]
     pub fn polled(self) -> Self {
         Self {
@@ -80,16 +86,17 @@ impl DeviceClock {
 
     /// Another connection was made: what is known is how late images were on the one before, and how long frames may have waited.
     pub fn reconnected(&mut self) {
-        self.carried_ns = self.waited_ns();
-        self.mapping = Mapping::new(settings(self.least_delay_ns));
+        self.mapping = Mapping::new(settings(self.least_delay_ns)).having_waited(self.mapping.waits_ns());
         self.last = None;
         self.images.reconnected();
     }
 
     /// When `frame` was captured, and what a person must know of the clock.
     pub fn capture(&mut self, frame: &Frame) -> (Captured, Option<String>) {
+        // By its arrival alone nothing says how long a reply took: it is taken for as old as its question.
+        let asked_ns = if self.is_polled { frame.in_question_ns() } else { 0 };
         let arrival = Captured {
-            at_ns: frame.first_ns.saturating_sub(self.least_delay_ns),
+            at_ns: frame.first_ns.saturating_sub(asked_ns.max(self.least_delay_ns)),
             uncertain_ns: 0,
             clock: CaptureClock::Arrival,
             waited_ns: 0,
@@ -99,8 +106,9 @@ impl DeviceClock {
         }
         let mapped = self.mapping.map(frame.device_ns, frame.first_ns);
         let waited_ns = match self.is_polled {
-            true => 0,
-            false => self.carried_ns.saturating_add(mapped.waited_ns),
+            // What was asked for has waited since the question at most, on its way or at the device.
+            true => mapped.waited_ns.min(frame.in_question_ns()),
+            false => mapped.waited_ns,
         };
         // Never younger than it may be: which of the two it was, nothing tells.
         let at_ns = mapped.capture_ns.saturating_sub(waited_ns);
@@ -113,7 +121,7 @@ impl DeviceClock {
                 waited_ns,
             },
             _ => Captured {
-                at_ns,
+                at_ns: at_ns.min(arrival.at_ns),
                 waited_ns,
                 ..arrival
             },
@@ -190,7 +198,7 @@ impl DeviceClock {
 
     /// How long frames may have waited in a queue on the peer's side, beside what their times say, ns.
     pub fn waited_ns(&self) -> i64 {
-        self.last.map_or(self.carried_ns, |last| last.waited_ns)
+        self.last.map_or(self.mapping.waits_ns(), |last| last.waited_ns)
     }
 
     /// That frames may have waited, for people; empty where it is no more than links do at times.
@@ -239,6 +247,7 @@ mod tests {
             device_ns,
             first_ns,
             arrival_ns: first_ns + 1_000_000,
+            asked_ns: first_ns,
             seen: Vec::new(),
         }
     }
@@ -268,6 +277,60 @@ mod tests {
             );
         }
         assert!(clock.words().starts_with("clock mapped to 0."), "{}", clock.words());
+    }
+
+    /// A reply of a device of NDI that the network held up by 0.4 s was stated 0.4 s too young, to 0.02 s.
+    #[test]
+    fn a_reply_that_is_late_is_as_old_as_its_question_may_be() {
+        for rule in [StampRule::Mapped, StampRule::Arrival] {
+            let mut clock = DeviceClock::new(rule, 0, 0).polled();
+            for i in 0..60 * 40_i64 {
+                let t_ns = i * STEP_NS;
+                let late_ns = match i / 60 {
+                    0..20 => 300_000,
+                    20..30 => 80_000_000,
+                    _ => 400_000_000,
+                };
+                let asked = Frame {
+                    asked_ns: t_ns,
+                    ..frame(EPOCH_NS + t_ns, t_ns + late_ns)
+                };
+                let (captured, _) = clock.capture(&asked);
+                assert!(captured.at_ns - t_ns <= 1_000_000, "{i}: {captured:?}");
+                // And hardly older: replies are as long apart as questions.
+                assert!(t_ns - captured.at_ns <= 2_000_000, "{i}: {captured:?}");
+            }
+        }
+    }
+
+    /// A queue of 3 s that another connection had found, and a process that was started in the place of one that died, were forgotten, or never.
+    #[test]
+    fn a_queue_is_known_to_who_comes_next_and_ends_when_the_clock_steps_forward() {
+        let queue_ns = 3_000_000_000;
+        let mut clock = DeviceClock::new(StampRule::Mapped, 0, 0);
+        let run = |clock: &mut DeviceClock, seconds: std::ops::Range<i64>, late_ns: i64| {
+            let mut last = None;
+            for i in seconds.start * 60..seconds.end * 60 {
+                let t_ns = i * STEP_NS;
+                last = Some((t_ns, clock.capture(&frame(EPOCH_NS + t_ns, t_ns + late_ns)).0));
+            }
+            let (t_ns, captured) = last.unwrap();
+            (captured.at_ns - t_ns) / 1_000_000
+        };
+        run(&mut clock, 0..20, 300_000);
+        assert!(run(&mut clock, 20..40, queue_ns) <= 6);
+        let mut next = DeviceClock::new(StampRule::Mapped, 0, 0).having_waited(clock.waited_ns());
+        clock.reconnected();
+        for clock in [&mut clock, &mut next] {
+            assert!(
+                (clock.waited_ns() - queue_ns).abs() < 6_000_000,
+                "{}",
+                clock.waited_ns()
+            );
+            assert!(run(clock, 40..60, queue_ns) <= 6);
+            run(clock, 60..80, 300_000);
+            assert_eq!(clock.waited_words(), "");
+        }
     }
 
     /// Two frames in one piece had one time of arrival, and the tracker left the second one out.

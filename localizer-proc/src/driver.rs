@@ -43,19 +43,27 @@ pub struct Frame {
     pub first_ns: i64,
     /// When the last had.
     pub arrival_ns: i64,
+    /// When it was asked for; the same as `first_ns` where nobody asks.
+    pub asked_ns: i64,
     /// Its markers, each once.
     pub seen: Vec<Seen>,
 }
 
 impl Frame {
-    /// One that came in one reply at `now_ns`.
-    pub(crate) fn of_device(device_ns: Option<i64>, now_ns: i64, seen: Vec<Seen>) -> Self {
+    /// One that came in one reply at `now_ns`, to a question of `asked_ns`.
+    pub(crate) fn of_device(device_ns: Option<i64>, (asked_ns, now_ns): (i64, i64), seen: Vec<Seen>) -> Self {
         Self {
             device_ns: device_ns.unwrap_or(0),
             first_ns: now_ns,
             arrival_ns: now_ns,
+            asked_ns,
             seen,
         }
+    }
+
+    /// From the question to the first byte of the answer, ns.
+    pub(crate) fn in_question_ns(&self) -> i64 {
+        self.first_ns.saturating_sub(self.asked_ns).max(0)
     }
 }
 

@@ -109,13 +109,15 @@ impl Ndi {
 
     fn carry_out(&mut self, actions: Vec<Action>, now_ns: i64) -> Vec<Act> {
         let mut acts = Vec::new();
+        // A reply is to the question before: the next one may be among the actions already.
+        let asked_ns = self.sent_ns;
         for action in actions {
             match action {
                 Action::Send(bytes) => {
                     self.sent_ns = now_ns;
                     acts.push(Act::Send(bytes));
                 }
-                Action::Publish(frame, _) => acts.extend(self.published(&frame, now_ns)),
+                Action::Publish(frame, _) => acts.extend(self.published(&frame, (asked_ns, now_ns))),
                 Action::Tell(notice) => self.tell(&notice, &mut acts),
                 Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
                 // A network has no speed.
@@ -140,12 +142,12 @@ impl Ndi {
         acts.extend(self.told.say(notice.to_string()));
     }
 
-    fn published(&mut self, frame: &ndi::Frame, now_ns: i64) -> Vec<Act> {
+    fn published(&mut self, frame: &ndi::Frame, times: (i64, i64)) -> Vec<Act> {
         let Some(single) = &mut self.single else {
-            return self.frame(frame, now_ns).map(Act::Frame).into_iter().collect();
+            return self.frame(frame, times).map(Act::Frame).into_iter().collect();
         };
         let places = single.places(frame, |name| self.session.handle(name));
-        let of = Frame::of_device(frame.device_ns, now_ns, Vec::new());
+        let of = Frame::of_device(frame.device_ns, times, Vec::new());
         let published = places.map(|places| Act::Emitters(of, places));
         let told = single.words().and_then(|words| self.told.say(words));
         published.into_iter().chain(told).collect()
@@ -153,7 +155,7 @@ impl Ndi {
 
     /// The markers of a frame. One in which the device did not look for any of them says nothing of them: passive and active
     /// tools alternate.
-    fn frame(&mut self, frame: &ndi::Frame, now_ns: i64) -> Option<Frame> {
+    fn frame(&mut self, frame: &ndi::Frame, times: (i64, i64)) -> Option<Frame> {
         let mut seen = Vec::with_capacity(self.markers.len());
         let mut is_about_them = false;
         for (name, marker) in &self.markers {
@@ -169,7 +171,7 @@ impl Ndi {
                 outcome,
             });
         }
-        is_about_them.then(|| Frame::of_device(frame.device_ns, now_ns, seen))
+        is_about_them.then(|| Frame::of_device(frame.device_ns, times, seen))
     }
 }
 

@@ -230,6 +230,7 @@ impl OpenIgtLink {
             device_ns: stamp_ns(message.stamp),
             first_ns: self.now_ns,
             arrival_ns: self.now_ns,
+            asked_ns: self.now_ns,
             seen: all,
         }));
     }

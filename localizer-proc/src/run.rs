@@ -50,11 +50,11 @@ pub enum RunError {
     NoEmitters,
 }
 
-/// Dials, and publishes what comes until asked to stop.
+/// Dials, and publishes what comes until asked to stop. Poses may have waited for `waited_ms`, as the process found that was there before.
 ///
 /// # Errors
 /// [`RunError`]. A peer that is not there is none: it is waited for.
-pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
+pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunError> {
     let mut process = Process::join(NAME, membership)?;
     let follows = match &process.scene.tracker.source {
         TrackerSource::Markers(source) => Some(Follows::Markers(&source.markers)),
@@ -72,7 +72,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
         link: Link::new(&spec.address),
-        clock: clock_of(&spec),
+        clock: clock_of(&spec).having_waited(clock::ns(Duration::from_millis(waited_ms))),
         every_ns: clock::ns(process.scene.limits.stale) / 2,
         images: ImageOutput::new(matches!(&spec.link, LinkSpec::OpenIgtLink(link) if link.images.is_some())),
         spec,

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
+use bus::message::{Command, CommandKind, FrameState, Level, ProcessState, may_be_older_ms};
 use bus::port::CommandServer;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
@@ -18,7 +18,7 @@ use scene::raw::Source;
 use crate::guiding;
 use crate::metrics::{Judging, Place, Restart};
 use crate::output::{self, OutputError};
-use crate::plan::REPLAYER;
+use crate::plan::{LOCALIZER, REPLAYER};
 use crate::ports;
 use crate::remote::Remote;
 use crate::replay::{RecomputeError, Replay};
@@ -190,6 +190,9 @@ impl Run {
                 continue;
             }
             self.noted(i, beat.note_text());
+            if self.children[i].name() == LOCALIZER && beat.process_state() == ProcessState::Ready {
+                self.metrics.older_now_ms = may_be_older_ms(&beat.note_text()).unwrap_or(0);
+            }
             if self.children[i].name() == "recorder" {
                 self.unrecorded.heard(&beat);
             }
@@ -246,6 +249,10 @@ impl Run {
         };
         if !matches!(self.supervisor.stage_word(i), "ready" | "starting") {
             return;
+        }
+        // Whoever asks for it has looked at the peer.
+        if self.children[i].name() == LOCALIZER && cause == Restart::ASKED {
+            self.metrics.older_now_ms = 0;
         }
         let name = self.children[i].name().to_owned();
         bus::stderr_line!("pilot: {name} ended ({cause})");
@@ -400,6 +407,10 @@ impl Run {
             if let (true, Some(pose)) = (self.options.simulated_time, self.metrics.newest_pose()) {
                 more.extend(["--after-ns".to_owned(), pose.t_publish_ns.to_string()]);
             }
+        }
+        // What one that died had found of the peer's queue is not forgotten with it.
+        if self.children[i].name() == LOCALIZER && self.metrics.older_now_ms > 0 {
+            more = vec!["--waited-ms".to_owned(), self.metrics.older_now_ms.to_string()];
         }
         // A replayer that died is followed by one that goes on where it was.
         if self.children[i].name() == REPLAYER

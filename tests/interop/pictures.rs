@@ -214,6 +214,36 @@ fn an_image_whose_words_are_no_longer_true_is_covered() {
     assert_eq!(covered, ("COVERED: the image has grown old".to_owned(), true));
 }
 
+/// A client that came back while the view stood still was sent nothing, and kept the picture of before, LIVE.
+#[test]
+fn a_stream_that_begins_is_sent_what_there_is_and_a_cover_where_nobody_draws_any_more() {
+    let rig = Rig::of(&PATIENT.replace("10000.0", "500.0"), |_| ());
+    let view = rig.view("axial-local", pixels().len());
+    let begun = || {
+        let mut client = rig.client();
+        let start = Body::Query(Query::Start(Kind::Image, Default::default()));
+        client.send(&Message::new(DeviceName::new("axial-local").unwrap(), start).in_version(Version::Two));
+        client
+    };
+    let covered = |client: &mut crate::rig::Raw| {
+        client.wait_for("the cover", |message| {
+            image(message).filter(|(status, _)| status.starts_with("COVERED"))
+        })
+    };
+    let mut first = begun();
+    rig.frame(&view, header(&rig, true), &pixels());
+    let black = ("COVERED: the image has grown old".to_owned(), true);
+    assert_eq!(covered(&mut first), black);
+    // It was told already, to another.
+    let mut second = begun();
+    assert_eq!(covered(&mut second), black);
+    // Nobody wants it, and its place is given back to a renderer that draws no more.
+    drop((first, second));
+    std::thread::sleep(Duration::from_millis(300));
+    drop(view);
+    assert_eq!(covered(&mut begun()), black);
+}
+
 #[test]
 fn an_image_without_a_place_and_one_that_the_workflow_hides_are_not_sent() {
     let rig = Rig::of(PATIENT, |_| ());

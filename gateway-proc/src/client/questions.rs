@@ -85,7 +85,10 @@ impl Client<'_> {
         let mailbox = &self.place.mailbox;
         let had = mailbox.streams(view);
         if is_granted && is_known {
-            mailbox.wish(view, |wish| wish.stream = starts);
+            mailbox.wish(view, |wish| {
+                wish.stream = starts;
+                wish.owed = starts;
+            });
         }
         let is_done = is_granted && is_known && (starts || had);
         *status = if is_done { SUCCESS } else { ERROR };

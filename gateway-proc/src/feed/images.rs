@@ -12,9 +12,10 @@ use scene::{Plane, Scene};
 use super::Times;
 use crate::client::Known;
 use crate::hall::Hall;
-use crate::mailbox::{Mailbox, Slot};
+use crate::letter::Letter;
+use crate::mailbox::{Mailbox, Slot, Wish};
 use crate::origin::Origin;
-use crate::picture::{self, PictureError};
+use crate::picture::{self, GROWN_OLD, PictureError};
 use crate::tell::{NOT_READY, refusal};
 
 struct Source {
@@ -26,6 +27,8 @@ struct Source {
     next_ns: i64,
     /// When the image was handed over that was sent last, and whether it was sent as it is.
     sent: Option<(i64, bool)>,
+    /// What covers the newest image that was held, once nobody wants it: for who wants one before another image comes.
+    cover: Option<Arc<Letter>>,
 }
 
 /// All views that have a plane.
@@ -51,6 +54,7 @@ impl Images {
                 held: None,
                 next_ns: i64::MIN,
                 sent: None,
+                cover: None,
             });
         }
         let hz = scene.gateway.map_or(10.0, |spec| spec.images_hz);
@@ -73,14 +77,12 @@ impl Images {
     ) -> Result<(), BusError> {
         let clients = hall.all();
         for source in &mut self.sources {
-            let wished = |client: &&Arc<Mailbox>| {
-                let wish = client.wished(source.view);
-                wish.once || wish.stream
-            };
-            let wanting: Vec<_> = clients.iter().filter(wished).collect();
+            let wanting: Vec<_> = clients
+                .iter()
+                .filter(|client| client.wished(source.view).is_any())
+                .collect();
             if wanting.is_empty() {
-                // Its renderer may draw there again.
-                (source.held, source.sent) = (None, None);
+                source.let_go((now_ns, self.ages), (self.origin, times));
                 continue;
             }
             if steady_ns < source.next_ns && !source.must_be_covered((now_ns, self.ages), why_not)? {
@@ -126,7 +128,13 @@ impl Source {
         (origin, times): (Origin, Times),
     ) {
         let Some(frame) = &self.held else {
-            return self.refuse(wanting, "no image of this view has come yet");
+            return match &self.cover {
+                Some(cover) => self.give(
+                    cover,
+                    wanting.iter().filter(|client| client.wished(self.view).is_at_once()),
+                ),
+                None => self.refuse(wanting, "no image of this view has come yet"),
+            };
         };
         let stamp = frame.header().stamp;
         let is_true = why_not.is_none() && picture::is_true(frame, now_ns, ages);
@@ -134,7 +142,7 @@ impl Source {
         let is_news = self.sent != Some(sending);
         let to: Vec<_> = wanting
             .iter()
-            .filter(|client| is_news || client.wished(self.view).once)
+            .filter(|client| is_news || client.wished(self.view).is_at_once())
             .collect();
         if to.is_empty() {
             return;
@@ -145,11 +153,7 @@ impl Source {
                 // An image that says LIVE is not sent once its pose is old; the cover that follows is.
                 let is_live = is_true && stamp.state == 0;
                 let letter = Arc::new(letter.until(times.until_ns(stamp.t_capture_ns).filter(|_| is_live)));
-                for client in to {
-                    client.wish(Some(self.view), |wish| wish.once = false);
-                    client.put(Slot::View(self.view), &letter);
-                    client.ring();
-                }
+                self.give(&letter, to.into_iter());
                 self.sent = Some(sending);
             }
             Err(error @ (PictureError::NoPlace | PictureError::Plane(_) | PictureError::TooLarge)) => {
@@ -158,11 +162,28 @@ impl Source {
         }
     }
 
+    fn give<'a>(&self, letter: &Arc<Letter>, to: impl Iterator<Item = &'a &'a Arc<Mailbox>>) {
+        for client in to {
+            client.wish(Some(self.view), Wish::is_met);
+            client.put(Slot::View(self.view), letter);
+            client.ring();
+        }
+    }
+
+    /// Nobody wants an image: its renderer may draw there again. A black one of its place is kept.
+    fn let_go(&mut self, now: (i64, Ages), (origin, times): (Origin, Times)) {
+        self.sent = None;
+        let Some(frame) = self.held.take() else { return };
+        let wall = times.stamp(frame.header().stamp.t_capture_ns);
+        let cover = picture::letter(self.device, &frame, now, Some(GROWN_OLD), (origin, wall));
+        self.cover = cover.ok().map(Arc::new);
+    }
+
     /// Tells those who asked once; a stream begins when there is an image.
     fn refuse(&self, wanting: &[&Arc<Mailbox>], words: &str) {
         let letter = Arc::new(refusal(NOT_READY, &format!("{}: {words}", self.device)));
         for client in wanting.iter().filter(|client| client.wished(self.view).once) {
-            client.wish(Some(self.view), |wish| wish.once = false);
+            client.wish(Some(self.view), Wish::is_met);
             client.say(&letter);
             client.ring();
         }

@@ -136,6 +136,7 @@ fn frame(stamp: Stamp, seen: Seen, now_ns: i64) -> Frame {
         device_ns: stamp_ns(stamp),
         first_ns: now_ns,
         arrival_ns: now_ns,
+        asked_ns: now_ns,
         seen: vec![seen],
     }
 }

@@ -108,6 +108,20 @@ impl Mapping {
         }
     }
 
+    /// The same, of whose frames it is known that they may have waited for so long: another connection alone ends no queue of the peer.
+    #[must_use]
+    pub fn having_waited(self, waited_ns: i64) -> Self {
+        Self {
+            backlog: Backlog::of(waited_ns),
+            ..self
+        }
+    }
+
+    /// How long frames may have waited beside what the law says, ns.
+    pub fn waits_ns(&self) -> i64 {
+        self.backlog.ns()
+    }
+
     /// When the frame was captured that the device stamped `device_ns` and that arrived at `arrival_ns` on the run's clock, both in
     /// nanoseconds. Any numbers are taken; what is wrong with them is said.
     pub fn map(&mut self, device_ns: i64, arrival_ns: i64) -> Mapped {
@@ -148,21 +162,22 @@ impl Mapping {
     }
 
     /// How much longer a frame may have waited than its time says: what steps back may have been a queue, and what it is late by the law of
-    /// a clock that was good, where it has the time of its arrival as its stamps do not keep that law.
+    /// a clock that was good, where it has the time of its arrival as its stamps do not keep that law. A stamp that went back is no excuse until
+    /// the law has followed it: one frame that comes once more, or a few, are as old as they say.
     fn waited(&self, arrival: Option<Reason>, device_ns: i64, arrival_ns: i64) -> i64 {
         let is_good = self
             .held
             .is_some_and(|(first, last)| last.saturating_sub(first) >= GOOD_NS);
         let leaves_law = matches!(
             arrival,
-            Some(Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague)
+            Some(Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards)
         );
         let late = if is_good && leaves_law && self.law.has_settled() {
             self.law.late(device_ns, arrival_ns).max(0.0)
         } else {
             0.0
         };
-        self.backlog.ns().saturating_add(self.backlog.hidden(late as i64))
+        self.backlog.ns().saturating_add(late as i64)
     }
 
     /// When something was captured that the device stamped `device_ns` by the same clock and that arrived at `arrival_ns`, and how wrong that

@@ -8,6 +8,11 @@
 const LEAST_NS: i64 = 3_000_000;
 /// A clock that was set is found at most so long after the stamp that went back, ns: [`super::trial`] takes 4 s.
 const REMEMBERED_NS: i64 = 6_000_000_000;
+/// What went back is remembered by pieces of so long, ns.
+const PIECE_NS: i64 = 500_000_000;
+const PIECES: usize = (REMEMBERED_NS / PIECE_NS) as usize;
+/// A stamp that went back by itself is made up for so soon, ns.
+const MADE_UP_NS: i64 = 500_000_000;
 /// No source of poses is slower, ns.
 const LONGEST_NS: i64 = 200_000_000;
 /// The weight of one more interval, one of so many.
@@ -19,61 +24,101 @@ pub(super) struct Backlog {
     last: Option<(i64, i64)>,
     /// The usual interval of stamps.
     interval_ns: i64,
-    /// By how much stamps went back, less by how much they jumped forward, since that was forgotten last.
-    went_back_ns: i64,
-    jumped_ns: i64,
+    /// By how much stamps went back lately, less by how much they jumped forward.
+    went_back: Credit,
+    /// Arrival of the last frame whose stamp went back.
+    back_at_ns: Option<i64>,
+    /// By how much stamps left out what may yet come, and the arrival of the last that did.
+    skipped: Option<(i64, i64)>,
     /// How high the law lies above its lowest, but for what stamps show.
     sum_ns: i64,
 }
 
 impl Backlog {
+    /// Frames may have waited for so long from the beginning on.
+    pub(super) fn of(waited_ns: i64) -> Self {
+        Self {
+            sum_ns: waited_ns.max(0),
+            ..Self::default()
+        }
+    }
+
     /// A frame came, whether or not it is mapped.
     pub(super) fn see(&mut self, device_ns: i64, arrival_ns: i64) {
         let Some((device_before, arrival_before)) = self.last.replace((device_ns, arrival_ns)) else {
             return;
         };
-        if arrival_ns.saturating_sub(self.jumped_ns) > REMEMBERED_NS {
-            self.went_back_ns = 0;
-        }
         let by_stamps = device_ns.saturating_sub(device_before);
         let by_arrivals = arrival_ns.saturating_sub(arrival_before).max(0);
         let usual_ns = self.interval_ns;
-        let ahead_ns = by_stamps.saturating_sub(by_arrivals);
-        let back_ns = if by_stamps < 0 {
-            usual_ns.saturating_sub(by_stamps)
-        } else if usual_ns > 0 && ahead_ns > 2 * usual_ns {
-            // A stamp that is ahead of its clock is followed by one that goes back: that is no clock that was set.
-            ahead_ns.saturating_neg()
-        } else {
+        if by_stamps < 0 {
+            self.back_at_ns = Some(arrival_ns);
+            let back_ns = usual_ns.saturating_sub(by_stamps);
+            // A frame that was left out comes after those behind it: no clock was set.
+            let skipped_ns = self.skipped_before(arrival_ns);
+            self.skipped = None;
+            return self
+                .went_back
+                .add(arrival_ns, back_ns.saturating_sub(skipped_ns).max(0));
+        }
+        let jump_ns = by_stamps.saturating_sub(usual_ns);
+        if usual_ns == 0 || jump_ns <= usual_ns / 2 {
             // A pause is no interval.
             self.interval_ns = match usual_ns {
                 0 => by_stamps.min(LONGEST_NS),
                 _ => usual_ns + (by_stamps.min(2 * usual_ns) - usual_ns) / WEIGHT,
             };
-            return;
-        };
-        self.went_back_ns = self.went_back_ns.saturating_add(back_ns);
-        self.jumped_ns = arrival_ns;
+        } else if by_stamps.saturating_sub(by_arrivals) > usual_ns / 2 {
+            // A stamp that is ahead of its clock is followed by one that goes back: that is no clock that was set.
+            self.went_back.add(arrival_ns, jump_ns.saturating_neg());
+        } else if self.is_soon_after_back(arrival_ns) {
+            // A frame is missing, or the stamp that went back is made up for and the frame waited as long: then no clock was set.
+            let made_up_ns = self.went_back.sum(arrival_ns).clamp(0, jump_ns);
+            self.went_back.add(arrival_ns, made_up_ns.saturating_neg());
+            self.skip(arrival_ns, jump_ns - made_up_ns);
+        } else {
+            self.skip(arrival_ns, jump_ns);
+        }
+    }
+
+    fn skip(&mut self, arrival_ns: i64, by_ns: i64) {
+        self.skipped = Some((self.skipped_before(arrival_ns).saturating_add(by_ns), arrival_ns));
+    }
+
+    fn skipped_before(&self, arrival_ns: i64) -> i64 {
+        let recent = self
+            .skipped
+            .filter(|(_, at_ns)| arrival_ns.saturating_sub(*at_ns) <= MADE_UP_NS);
+        recent.map_or(0, |(by_ns, _)| by_ns)
+    }
+
+    fn is_soon_after_back(&self, arrival_ns: i64) -> bool {
+        self.back_at_ns
+            .is_some_and(|at_ns| arrival_ns.saturating_sub(at_ns) <= MADE_UP_NS)
     }
 
     /// The law rose by so much: its clock was set back, or all frames wait longer. It fell where that is negative.
     pub(super) fn rises(&mut self, by_ns: i64) {
+        let now_ns = self.last.map_or(0, |(_, arrival_ns)| arrival_ns);
+        let went_back_ns = self.went_back.sum(now_ns);
         if by_ns <= 0 {
             // It was seen as a jump of the stamps too: that takes nothing from what they go back by later.
-            let jumped_ns = self.went_back_ns.saturating_sub(by_ns).min(0);
-            self.went_back_ns = self.went_back_ns.max(jumped_ns);
+            let jumped_ns = went_back_ns.min(0).max(by_ns);
+            self.went_back.add(now_ns, jumped_ns.saturating_neg());
             self.sum_ns = self.sum_ns.saturating_add(by_ns).max(0);
             return;
         }
         let rest_ns = self.hidden(by_ns);
-        self.went_back_ns = self.went_back_ns.saturating_sub(self.went_back_ns.clamp(0, by_ns));
+        self.went_back
+            .add(now_ns, went_back_ns.clamp(0, by_ns).saturating_neg());
         self.sum_ns = self.sum_ns.saturating_add(rest_ns);
     }
 
-    /// How much of so much lateness no stamp shows that went back. What lay between two frames whose stamps go back is known to one interval, and
-    /// hardly better the law that begins with the second.
-    pub(super) fn hidden(&self, late_ns: i64) -> i64 {
-        let shown_ns = self.went_back_ns.clamp(0, late_ns.max(0));
+    /// How much of so much that the law rose by no stamp shows that went back. What lay between two frames whose stamps go back is known to one
+    /// interval, and hardly better the law that begins with the second.
+    fn hidden(&self, late_ns: i64) -> i64 {
+        let now_ns = self.last.map_or(0, |(_, arrival_ns)| arrival_ns);
+        let shown_ns = self.went_back.sum(now_ns).clamp(0, late_ns.max(0));
         let rest_ns = late_ns.saturating_sub(shown_ns).max(0);
         let slack_ns = if shown_ns > 0 { self.interval_ns } else { 0 };
         if rest_ns > slack_ns { rest_ns } else { 0 }
@@ -82,6 +127,32 @@ impl Backlog {
     /// How long frames may have waited beside what the law says, ns.
     pub(super) fn ns(&self) -> i64 {
         if self.sum_ns < LEAST_NS { 0 } else { self.sum_ns }
+    }
+}
+
+/// A sum of which each part is forgotten [`REMEMBERED_NS`] after it came, by pieces of [`PIECE_NS`].
+#[derive(Debug, Clone, Default)]
+struct Credit {
+    /// The number of a piece of time, and what came in it.
+    pieces: [(i64, i64); PIECES],
+}
+
+impl Credit {
+    fn add(&mut self, at_ns: i64, by_ns: i64) {
+        let number = at_ns.div_euclid(PIECE_NS);
+        let place = number.rem_euclid(PIECES as i64);
+        // Always there: the remainder is less than their number.
+        if let Some(piece) = self.pieces.get_mut(place as usize) {
+            let before_ns = if piece.0 == number { piece.1 } else { 0 };
+            *piece = (number, before_ns.saturating_add(by_ns));
+        }
+    }
+
+    fn sum(&self, now_ns: i64) -> i64 {
+        let now = now_ns.div_euclid(PIECE_NS);
+        let is_new = |number: i64| (0..PIECES as i64).contains(&now.saturating_sub(number));
+        let new = self.pieces.iter().filter(|(number, _)| is_new(*number));
+        new.fold(0, |sum: i64, (_, by_ns)| sum.saturating_add(*by_ns))
     }
 }
 
