@@ -58,6 +58,8 @@ pub struct Mapping {
     /// Of a law that began since: a stamp, when its frame had arrived by the law before, and what is less than a step between them.
     crept_from: Option<(i64, i64, i64)>,
     backlog: Backlog,
+    /// By how much the time of the frame before is later than that frame was captured, as it had its arrival and was late.
+    held_up_ns: i64,
     /// Arrivals of the first frame that was mapped and of the newest.
     held: Option<(i64, i64)>,
     /// After a step that may have been a busy link: its size, and until which arrival both may be.
@@ -98,6 +100,7 @@ impl Mapping {
             creep: Creep::default(),
             crept_from: None,
             backlog: Backlog::default(),
+            held_up_ns: 0,
             held: None,
             doubt: None,
             law: law(),
@@ -145,9 +148,12 @@ impl Mapping {
         let step = step.and_then(|by_ns| self.told.step(by_ns, arrival_ns));
         let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
         let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
-        let waited_ns = self.waited(placed.err(), device_ns, arrival_ns);
+        self.held_up_ns = match placed {
+            Ok((capture_ns, _)) => self.raised(capture_ns, device_ns, arrival_ns).min(self.held_up_ns),
+            Err(reason) => self.late_for_arrival(reason, device_ns, arrival_ns),
+        };
         Mapped {
-            waited_ns,
+            waited_ns: self.backlog.ns().saturating_add(self.held_up_ns),
             ..self.conclude(placed, step.or(arrived), arrival_ns)
         }
     }
@@ -161,23 +167,21 @@ impl Mapping {
         }
     }
 
-    /// How much longer a frame may have waited than its time says: what steps back may have been a queue, and what it is late by the law of
-    /// a clock that was good, where it has the time of its arrival as its stamps do not keep that law. A stamp that went back is no excuse until
-    /// the law has followed it: one frame that comes once more, or a few, are as old as they say.
-    fn waited(&self, arrival: Option<Reason>, device_ns: i64, arrival_ns: i64) -> i64 {
+    /// How late a frame is by the law of a clock that was good, where it has the time of its arrival as its stamps do not keep that law: it has
+    /// waited for so long beside what steps back may have been as a queue. A stamp that went back is no excuse until the law has followed it: one
+    /// frame that comes once more, or a few, are as old as they say.
+    fn late_for_arrival(&self, reason: Reason, device_ns: i64, arrival_ns: i64) -> i64 {
         let is_good = self
             .held
             .is_some_and(|(first, last)| last.saturating_sub(first) >= GOOD_NS);
         let leaves_law = matches!(
-            arrival,
-            Some(Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards)
+            reason,
+            Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards | Reason::Ahead
         );
-        let late = if is_good && leaves_law && self.law.has_settled() {
-            self.law.late(device_ns, arrival_ns).max(0.0)
-        } else {
-            0.0
-        };
-        self.backlog.ns().saturating_add(late as i64)
+        match is_good && leaves_law && self.law.has_settled() {
+            true => self.law.late(device_ns, arrival_ns).max(0.0) as i64,
+            false => 0,
+        }
     }
 
     /// When something was captured that the device stamped `device_ns` by the same clock and that arrived at `arrival_ns`, and how wrong that
@@ -344,6 +348,12 @@ impl Mapping {
     fn doubt_ns(&self, arrival_ns: i64) -> i64 {
         let doubt = self.doubt.filter(|(_, until)| arrival_ns < *until);
         doubt.map_or(0, |(by, _)| by)
+    }
+
+    /// By how much a frame's time was put later than the law has it, so as not to be before that of the frame before.
+    fn raised(&self, capture_ns: i64, device_ns: i64, arrival_ns: i64) -> i64 {
+        let lawful = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns).max(0.0).round() as i64);
+        capture_ns.saturating_sub(lawful).max(0)
     }
 
     fn conclude(&mut self, placed: Result<(i64, i64), Reason>, event: Option<Event>, arrival_ns: i64) -> Mapped {
