@@ -60,6 +60,8 @@ pub struct Mapping {
     backlog: Backlog,
     /// By how much the time of the frame before is later than that frame was captured, as it had its arrival and was late.
     held_up_ns: i64,
+    /// Stamp and capture of the newest frame that was mapped.
+    newest: Option<(i64, i64)>,
     /// Arrivals of the first frame that was mapped and of the newest.
     held: Option<(i64, i64)>,
     /// After a step that may have been a busy link: its size, and until which arrival both may be.
@@ -101,6 +103,7 @@ impl Mapping {
             crept_from: None,
             backlog: Backlog::default(),
             held_up_ns: 0,
+            newest: None,
             held: None,
             doubt: None,
             law: law(),
@@ -148,6 +151,9 @@ impl Mapping {
         let step = step.and_then(|by_ns| self.told.step(by_ns, arrival_ns));
         let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
         let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
+        if let Ok((capture_ns, _)) = placed {
+            self.newest = Some((device_ns, capture_ns));
+        }
         self.held_up_ns = match placed {
             Ok((capture_ns, _)) => self.raised(capture_ns, device_ns, arrival_ns).min(self.held_up_ns),
             Err(reason) => self.late_for_arrival(reason, device_ns, arrival_ns),
@@ -178,9 +184,14 @@ impl Mapping {
             reason,
             Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards | Reason::Ahead
         );
-        match is_good && leaves_law && self.law.has_settled() {
-            true => self.law.late(device_ns, arrival_ns).max(0.0) as i64,
-            false => 0,
+        match (is_good && leaves_law, self.law.has_settled(), self.newest) {
+            (true, true, _) => self.law.late(device_ns, arrival_ns).max(0.0) as i64,
+            // A law that begins anew is of the same clock.
+            (true, false, Some((device, capture))) => {
+                let by_stamps = device_ns.saturating_sub(device);
+                arrival_ns.saturating_sub(capture).saturating_sub(by_stamps).max(0)
+            }
+            _ => 0,
         }
     }
 
