@@ -34,7 +34,7 @@ pub use dicom_out::derived::{DerivedError, structure_set_bytes};
 pub use error::LoadError;
 pub use fill::{Filled, fill};
 pub use load::names::{LabelNamesError, label_names};
-pub use load::origin::OriginError;
+pub use load::origin::error::OriginError;
 pub use load::segmentation::SegmentationError;
 pub use load::structure_set::{NamedPoint, StructureSet, StructureSetError, structure_set};
 pub use load::{

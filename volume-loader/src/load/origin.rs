@@ -1,33 +1,16 @@
 //! Of which examination an object is that was made of one: a segmentation, a structure set. What contradicts is refused, what is
 //! doubtful is told.
 
+pub(crate) mod error;
+
 use scene::{VolumeSource, VolumeSpec};
 
 use crate::dicom::element::Elements;
 use crate::dicom::header::person::Person;
 use crate::dicom::tag as el;
-use crate::dicom::{self, Reference, Tag};
+use crate::dicom::{self, Reference};
 use crate::source::ReadError;
-
-/// Why an object is not taken for one of the examination. Values are never told.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum OriginError {
-    /// It is of another person.
-    #[error(
-        "{tag}: found another than the examination's, expected the same: one of them is of another patient (values are not shown, as they \
-         name a patient)"
-    )]
-    OtherPatient {
-        /// In what they differ.
-        tag: Tag,
-    },
-    /// Somebody looked at it and did not approve of it.
-    #[error(
-        "{}: found REJECTED, expected APPROVED or UNAPPROVED: it was looked at and is not to be used",
-        el::APPROVAL
-    )]
-    Rejected,
-}
+use error::OriginError;
 
 /// How an object belongs to the examination it was opened with.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Why a segmentation is no label map.
 
 use crate::dicom::geometry::CORNER_MAX_MM;
-use crate::load::origin::OriginError;
+use crate::load::origin::error::OriginError;
 
 /// Why a segmentation of DICOM is no label map. Frames count from 1, as the standard counts them.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

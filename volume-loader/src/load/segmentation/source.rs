@@ -13,7 +13,7 @@ use super::object::{Cells, Object, Refused};
 use crate::dicom::Reference;
 use crate::dicom::error::DicomError;
 use crate::dicom::geometry::GeometryError;
-use crate::load::origin::OriginError;
+use crate::load::origin::error::OriginError;
 use crate::source::{Conversion, Facts, Place, ReadError, Turn, VoxelSource};
 
 /// One segmentation, read plane by plane; voxels are SegmentNumbers, 0 for none.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::dicom::error::DicomError;
-use crate::load::origin::OriginError;
+use crate::load::origin::error::OriginError;
 use crate::source::ReadError;
 
 /// Why a structure set gives no points.
