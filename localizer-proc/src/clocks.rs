@@ -86,7 +86,8 @@ impl DeviceClock {
 
     /// Another connection was made: what is known is how late images were on the one before, and how long frames may have waited.
     pub fn reconnected(&mut self) {
-        self.mapping = Mapping::new(settings(self.least_delay_ns)).having_waited(self.mapping.waits_ns());
+        // A queue that the law had not followed yet is one too.
+        self.mapping = Mapping::new(settings(self.least_delay_ns)).having_waited(self.waited_ns());
         self.last = None;
         self.images.reconnected();
     }
@@ -331,6 +332,24 @@ mod tests {
             run(clock, 60..80, 300_000);
             assert_eq!(clock.waited_words(), "");
         }
+    }
+
+    /// The law takes seconds to follow a queue: a connection that ended meanwhile took what was known of it away.
+    #[test]
+    fn a_queue_that_was_just_found_is_known_to_the_next_connection() {
+        let mut clock = DeviceClock::new(StampRule::Mapped, 0, 0);
+        for i in 0..60 * 20 + 10 {
+            let t_ns = i * STEP_NS;
+            let late_ns = if i < 60 * 20 { 300_000 } else { 3_000_000_000 };
+            clock.capture(&frame(EPOCH_NS + t_ns, t_ns + late_ns));
+        }
+        clock.reconnected();
+        // To 6 ms, as the law is known to.
+        assert!(
+            (clock.waited_ns() - 3_000_000_000).abs() < 6_000_000,
+            "{}",
+            clock.waited_ns()
+        );
     }
 
     /// Two frames in one piece had one time of arrival, and the tracker left the second one out.

@@ -131,6 +131,16 @@ pub(crate) fn finished(chunks: u64, per_chunk: u64) -> Vec<u8> {
     log(chunks, per_chunk).finish().unwrap().into_inner()
 }
 
+/// A file of three chunks of five poses, of which the second cannot be read.
+pub(crate) fn damaged() -> Vec<u8> {
+    let mut bytes = finished(3, 5);
+    // The chunk of the schemas comes first. Behind the word is the length of what is compressed.
+    let word = bytes.windows(4).enumerate().filter(|(_, w)| w == b"zstd").nth(2);
+    let at = word.unwrap().0 + 4 + 8 + 10;
+    bytes[at] ^= 1;
+    bytes
+}
+
 /// The bytes of an unfinished file of such a log, as a kill leaves it right after a chunk.
 pub(crate) fn unfinished(chunks: u64, per_chunk: u64) -> Vec<u8> {
     log(chunks, per_chunk).abandon().into_inner()

@@ -78,26 +78,12 @@ mod tests {
     use crate::read::{info, verify};
     use crate::testing;
 
-    /// A file with an unreadable chunk of five poses.
-    fn damaged() -> Vec<u8> {
-        let mut bytes = testing::finished(3, 5);
-        let chunk = bytes
-            .windows(4)
-            .enumerate()
-            .filter(|(_, w)| w == b"zstd")
-            .nth(2)
-            .unwrap()
-            .0;
-        bytes[chunk + 4 + 8 + 10] ^= 1;
-        bytes
-    }
-
     /// It was "whole", and nothing said that a third of it was lost.
     #[test]
     fn what_was_lost_is_told_by_the_file_that_was_made_whole() {
         let tmp = tempfile::tempdir().unwrap();
         let at = |name: &str| tmp.path().join(name);
-        std::fs::write(at("s.mcap"), damaged()).unwrap();
+        std::fs::write(at("s.mcap"), testing::damaged()).unwrap();
         recover::recover(&at("s.mcap"), &at("once.mcap")).unwrap();
         let stretch = cut::Stretch {
             from_ns: 0,

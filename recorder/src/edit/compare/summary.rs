@@ -102,7 +102,7 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "{} poses of the same number; in both valid {}, without a difference {}, and in nothing else that is said of them {}; valid in \
+            "{} poses of the same number; in both valid {}, at the same place {}, and to the last bit of all that is said of them {}; valid in \
              the first only {}, in the second only {}",
             self.common, self.compared, self.same_place, self.identical, self.valid_in_one[0], self.valid_in_one[1]
         )?;

@@ -60,16 +60,7 @@ fn what_differs_beside_the_place_and_what_is_not_compared_is_told() {
     let b = recorded(tmp.path(), "b.mcap", (0..50).map(other));
     let summary = Summary::of(&compare(&a, TOOL_POSE, &b, TOOL_POSE).unwrap());
     assert_eq!((summary.compared, summary.same_place, summary.identical), (50, 50, 47));
-    let mut bytes = testing::finished(3, 5);
-    let chunk = bytes
-        .windows(4)
-        .enumerate()
-        .filter(|(_, w)| w == b"zstd")
-        .nth(2)
-        .unwrap()
-        .0;
-    bytes[chunk + 4 + 8 + 10] ^= 1;
-    std::fs::write(&b, bytes).unwrap();
+    std::fs::write(&b, testing::damaged()).unwrap();
     let summary = Summary::of(&compare(&a, TOOL_POSE, &b, TOOL_POSE).unwrap());
     // The chunk, and the sum over the file.
     assert_eq!((summary.damaged, summary.common), ([0, 2], 10));
