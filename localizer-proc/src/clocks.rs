@@ -84,10 +84,9 @@ impl DeviceClock {
         }
     }
 
-    /// Another connection was made: what is known is how late images were on the one before, and how long frames may have waited.
+    /// Another connection was made: what is known is how late images were on the one before, and the law of the frames.
     pub fn reconnected(&mut self) {
-        // What the last frame was late by may be a queue that the law has not followed yet.
-        self.mapping = Mapping::new(settings(self.least_delay_ns)).having_waited(self.waited_ns());
+        self.mapping.reconnected();
         self.last = None;
         self.images.reconnected();
     }
@@ -151,10 +150,10 @@ impl DeviceClock {
                 waited_ns,
             },
             Err(_) => Captured {
-                at_ns: arrival_ns.saturating_sub(self.least_delay_ns),
+                at_ns: arrival_ns.saturating_sub(self.least_delay_ns).saturating_sub(waited_ns),
                 uncertain_ns: 0,
                 clock: CaptureClock::Arrival,
-                waited_ns: 0,
+                waited_ns,
             },
         };
         ImageTime {

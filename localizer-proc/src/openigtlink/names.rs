@@ -53,6 +53,8 @@ pub(super) struct Names {
     /// Where the scene names no tool: the names that came, but the reference's.
     only: Vec<DeviceName>,
     unmapped: Vec<DeviceName>,
+    /// There are more than [`LISTED`].
+    has_more: bool,
 }
 
 impl Names {
@@ -73,6 +75,7 @@ impl Names {
             whole: [tool, reference].into_iter().flatten().cloned().collect(),
             only: Vec::new(),
             unmapped: Vec::new(),
+            has_more: false,
         })
     }
 
@@ -86,6 +89,7 @@ impl Names {
     pub(super) fn forget(&mut self) {
         self.only.clear();
         self.unmapped.clear();
+        self.has_more = false;
     }
 
     /// What `name` is.
@@ -98,8 +102,10 @@ impl Names {
             Some(tool) if tool == bytes => Named::Marker(MarkerFrame::TOOL),
             Some(_) => self.unknown(name),
             None => {
-                if !self.only.contains(name) && self.only.len() < LISTED {
-                    self.only.push(*name);
+                match self.only.len() < LISTED {
+                    _ if self.only.contains(name) => {}
+                    true => self.only.push(*name),
+                    false => self.has_more = true,
                 }
                 Named::Marker(MarkerFrame::TOOL)
             }
@@ -144,8 +150,14 @@ impl Names {
     }
 
     fn unknown(&mut self, name: &DeviceName) -> Named {
-        if self.unmapped.contains(name) || self.unmapped.len() >= LISTED {
+        if self.has_more || self.unmapped.contains(name) {
             return Named::Known;
+        }
+        if self.unmapped.len() >= LISTED {
+            self.has_more = true;
+            return Named::Unknown(format!(
+                "the peer sends {name}, which the scene does not name, beside {LISTED} others; what comes more is not listed"
+            ));
         }
         self.unmapped.push(*name);
         Named::Unknown(format!("the peer sends {name}, which the scene does not name"))
@@ -153,9 +165,8 @@ impl Names {
 
     /// Where the scene names no tool and the peer names several, in words.
     pub(super) fn ambiguous(&self) -> Option<String> {
-        let names: Vec<String> = self.only.iter().map(ToString::to_string).collect();
-        (names.len() > 1).then(|| {
-            let names = names.join(", ");
+        (self.only.len() > 1).then(|| {
+            let names = self.list(&self.only);
             format!("the peer sends {names}: tracker.markers.marker must say which is the tool's")
         })
     }
@@ -164,11 +175,14 @@ impl Names {
     pub(super) fn unmapped(&self) -> String {
         match self.unmapped.as_slice() {
             [] => String::new(),
-            names => {
-                let names: Vec<String> = names.iter().map(ToString::to_string).collect();
-                format!(", not in the scene: {}", names.join(", "))
-            }
+            names => format!(", not in the scene: {}", self.list(names)),
         }
+    }
+
+    fn list(&self, names: &[DeviceName]) -> String {
+        let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+        let more = if self.has_more { " and others" } else { "" };
+        format!("{}{more}", names.join(", "))
     }
 }
 
@@ -212,6 +226,28 @@ mod tests {
         let same = markers(Some("StylusToTrackerOfTheRoom"), Some("StylusToTrackerOfTheHall"));
         let error = Names::new(&same).unwrap_err().to_string();
         assert!(error.contains("are one name within the 20 bytes"), "{error}");
+    }
+
+    /// From the ninth on they were neither told nor listed.
+    #[test]
+    fn names_beyond_the_list_are_told_to_be_there() {
+        let mut names = Names::new(&markers(Some("Tool"), None)).unwrap();
+        let many: Vec<DeviceName> = (0..12).map(|k| name(&format!("N{k}"))).collect();
+        let told = many.iter().filter(|name| matches!(names.find(name), Named::Unknown(_)));
+        assert_eq!(told.count(), LISTED + 1);
+        let status = names.unmapped();
+        assert!(status.ends_with("N6, N7 and others"), "{status}");
+        names.forget();
+        assert!(matches!(names.find(&many[11]), Named::Unknown(_)));
+        let mut unnamed = Names::new(&markers(None, None)).unwrap();
+        for name in &many {
+            assert_eq!(unnamed.find(name), Named::Marker(MarkerFrame::TOOL));
+        }
+        assert!(
+            unnamed
+                .ambiguous()
+                .is_some_and(|words| words.contains("N7 and others:"))
+        );
     }
 
     #[test]

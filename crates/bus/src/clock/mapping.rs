@@ -34,8 +34,9 @@ pub use settings::{Settings, Status};
 pub use spread::Spread;
 
 use backlog::Backlog;
-use creep::Creep;
+use creep::{Before, Creep, Step};
 use envelope::Envelope;
+use skew::Skew;
 use spread::Lateness;
 use stamps::Stamps;
 use told::Told;
@@ -55,13 +56,13 @@ pub struct Mapping {
     far_behind: Trial,
     behind: Trial,
     creep: Creep,
-    /// Of a law that began since: a stamp, when its frame had arrived by the law before, and what is less than a step between them.
-    crept_from: Option<(i64, i64, i64)>,
+    /// The law before the one that has not settled yet.
+    before: Option<Before>,
+    /// Another connection was made, and no frame came over it yet.
+    is_anew: bool,
     backlog: Backlog,
     /// By how much the time of the frame before is later than that frame was captured, as it had its arrival and was late.
     held_up_ns: i64,
-    /// Stamp and capture of the newest frame that was mapped.
-    newest: Option<(i64, i64)>,
     /// Arrivals of the first frame that was mapped and of the newest.
     held: Option<(i64, i64)>,
     /// After a step that may have been a busy link: its size, and until which arrival both may be.
@@ -80,6 +81,8 @@ const UNKNOWN_SKEW: f64 = 20e-6;
 /// The law's noise, so many times, and this at least, is kept by every frame of the clock it belongs to.
 const NOISES: f64 = 12.0;
 const LEAST_STEP_NS: f64 = 0.5e6;
+/// A stamp that is back by more behind another connection is of a clock that was started anew, ns: no queue keeps a minute.
+const OTHER_CLOCK_NS: f64 = 60e9;
 /// A law that held for so long is that of a clock, ns: frames that leave it later are late by it.
 const GOOD_NS: i64 = 5_000_000_000;
 
@@ -100,10 +103,10 @@ impl Mapping {
             far_behind: Trial::new(law(), Side::ClearlyBehind),
             behind: Trial::new(law(), Side::Behind),
             creep: Creep::default(),
-            crept_from: None,
+            before: None,
+            is_anew: false,
             backlog: Backlog::default(),
             held_up_ns: 0,
-            newest: None,
             held: None,
             doubt: None,
             law: law(),
@@ -123,9 +126,18 @@ impl Mapping {
         }
     }
 
-    /// How long frames may have waited beside what the law says, ns.
+    /// Another connection with the same peer was made. The law begins anew with its frames and is held against the one before, as behind a
+    /// silence: a queue on the peer's side outlives a connection, and is not the least delay of the next one.
+    pub fn reconnected(&mut self) {
+        self.is_anew = true;
+        self.last = None;
+        self.stamps.reconnected();
+        self.backlog.reconnected();
+    }
+
+    /// How long frames may have waited beside what the law says, as of the newest, ns.
     pub fn waits_ns(&self) -> i64 {
-        self.backlog.ns()
+        self.backlog.ns().saturating_add(self.held_up_ns)
     }
 
     /// When the frame was captured that the device stamped `device_ns` and that arrived at `arrival_ns` on the run's clock, both in
@@ -148,26 +160,23 @@ impl Mapping {
             self.backlog.see(device_ns, arrival_ns);
         }
         self.backlog.rises(self.law_rose(before, step, device_ns, arrival_ns));
-        let step = step.and_then(|by_ns| self.told.step(by_ns, arrival_ns));
+        let step = step.and_then(|step| self.told.step(step.by_ns, arrival_ns));
         let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
         let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
-        if let Ok((capture_ns, _)) = placed {
-            self.newest = Some((device_ns, capture_ns));
-        }
         self.held_up_ns = match placed {
             Ok((capture_ns, _)) => self.raised(capture_ns, device_ns, arrival_ns).min(self.held_up_ns),
             Err(reason) => self.late_for_arrival(reason, device_ns, arrival_ns),
         };
         Mapped {
-            waited_ns: self.backlog.ns().saturating_add(self.held_up_ns),
+            waited_ns: self.waits_ns(),
             ..self.conclude(placed, step.or(arrived), arrival_ns)
         }
     }
 
     /// How much the law rose with a frame that was late by `before`: by a step that was found, else by what left its window or came to it.
-    fn law_rose(&self, before: Option<f64>, step: Option<i64>, device_ns: i64, arrival_ns: i64) -> i64 {
+    fn law_rose(&self, before: Option<f64>, step: Option<Step>, device_ns: i64, arrival_ns: i64) -> i64 {
         match (step, before) {
-            (Some(by_ns), _) => by_ns.saturating_neg(),
+            (Some(step), _) => step.counted_ns.saturating_sub(step.by_ns),
             (None, Some(before)) if self.law.has_settled() => (before - self.law.late(device_ns, arrival_ns)) as i64,
             _ => 0,
         }
@@ -175,23 +184,26 @@ impl Mapping {
 
     /// How late a frame is by the law of a clock that was good, where it has the time of its arrival as its stamps do not keep that law: it has
     /// waited for so long beside what steps back may have been as a queue. A stamp that went back is no excuse until the law has followed it: one
-    /// frame that comes once more, or a few, are as old as they say.
+    /// frame that comes once more, or a few, are as old as they say. A law that begins anew knows nothing: the one before says it.
     fn late_for_arrival(&self, reason: Reason, device_ns: i64, arrival_ns: i64) -> i64 {
-        let is_good = self
-            .held
-            .is_some_and(|(first, last)| last.saturating_sub(first) >= GOOD_NS);
         let leaves_law = matches!(
             reason,
             Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards | Reason::Ahead
         );
-        match (is_good && leaves_law, self.law.has_settled(), self.newest) {
-            (true, true, _) => self.law.late(device_ns, arrival_ns).max(0.0) as i64,
-            // A law that begins anew is of the same clock.
-            (true, false, Some((device, capture))) => {
-                let by_stamps = device_ns.saturating_sub(device);
-                arrival_ns.saturating_sub(capture).saturating_sub(by_stamps).max(0)
-            }
-            _ => 0,
+        if !self.law.has_settled() {
+            let is_of_clock = leaves_law || reason == Reason::JustBegun;
+            return self
+                .before
+                .filter(|_| is_of_clock)
+                .map_or(0, |before| before.late(device_ns, arrival_ns));
+        }
+        let is_good = self
+            .held
+            .is_some_and(|(first, last)| last.saturating_sub(first) >= GOOD_NS);
+        if is_good && leaves_law {
+            self.law.late(device_ns, arrival_ns).max(0.0) as i64
+        } else {
+            0
         }
     }
 
@@ -219,17 +231,13 @@ impl Mapping {
     }
 
     /// Lets the law take the frame. Gives whether the frame may be placed by it, and by how much the device's clock was found to be set.
-    fn follow(&mut self, device_ns: i64, arrival_ns: i64) -> (Result<(), Reason>, Option<i64>) {
+    fn follow(&mut self, device_ns: i64, arrival_ns: i64) -> (Result<(), Reason>, Option<Step>) {
         let silence = self.law.silence(device_ns, arrival_ns);
-        if self.law.is_empty() || silence > self.window_ns as f64 {
-            if !self.law.is_empty() && self.law.has_settled() {
-                let late = self.law.late(device_ns, arrival_ns) as i64;
-                let unknown = AHEAD_NS + UNKNOWN_SKEW * silence;
-                self.crept_from = Some((device_ns, arrival_ns.saturating_sub(late), unknown as i64));
-            }
-            let skew = self.law.skew();
-            self.law.clear(skew);
-            self.trials().into_iter().for_each(Trial::forget);
+        let is_anew = std::mem::take(&mut self.is_anew);
+        if is_anew && silence < -OTHER_CLOCK_NS {
+            self.forget_clock();
+        } else if is_anew || self.law.is_empty() || silence > self.window_ns as f64 {
+            self.begin_anew(silence.max(0.0), device_ns, arrival_ns);
         }
         if self.ahead.is_stale(device_ns, arrival_ns) {
             self.ahead.forget();
@@ -245,6 +253,31 @@ impl Mapping {
         (Ok(()), step.or_else(|| self.crept(device_ns, arrival_ns)))
     }
 
+    /// The law begins with this frame, and is held against the one before once it has settled.
+    fn begin_anew(&mut self, silence: f64, device_ns: i64, arrival_ns: i64) {
+        if self.law.has_settled() {
+            let late = self.law.late(device_ns, arrival_ns) as i64;
+            self.before = Some(Before {
+                device_ns,
+                arrival_ns: arrival_ns.saturating_sub(late),
+                least_ns: (AHEAD_NS + UNKNOWN_SKEW * silence) as i64,
+                counted_ns: 0,
+            });
+        }
+        let skew = self.law.skew();
+        self.law.clear(skew);
+        self.trials().into_iter().for_each(Trial::forget);
+        self.creep.forget();
+    }
+
+    /// The clock of before is not the one of this connection.
+    fn forget_clock(&mut self) {
+        self.law.clear(Skew::new());
+        self.trials().into_iter().for_each(Trial::forget);
+        self.creep.forget();
+        (self.before, self.held, self.doubt) = (None, None, None);
+    }
+
     /// The same of a frame that arrived `early`, before the law allowed it to.
     fn follow_ahead(
         &mut self,
@@ -252,14 +285,20 @@ impl Mapping {
         tolerance: f64,
         device_ns: i64,
         arrival_ns: i64,
-    ) -> (Result<(), Reason>, Option<i64>) {
+    ) -> (Result<(), Reason>, Option<Step>) {
         if early > tolerance {
             let is_ready = self.ahead.push(&self.law, tolerance, device_ns, arrival_ns);
             let step = is_ready.then(|| self.adopt(Side::Ahead, device_ns, arrival_ns));
             return (step.map(|_| ()).ok_or(Reason::Ahead), step);
         }
         if let Some(by) = self.creep.lower(early, tolerance, arrival_ns) {
-            self.crept_from = Some((device_ns, arrival_ns.saturating_add(by as i64), 0));
+            self.before = Some(Before {
+                device_ns,
+                arrival_ns: arrival_ns.saturating_add(by as i64),
+                least_ns: 0,
+                // The law was lowered by the rest, frame by frame.
+                counted_ns: (by - early) as i64,
+            });
             let skew = self.law.skew();
             self.law.clear(skew);
             self.creep.forget();
@@ -270,17 +309,15 @@ impl Mapping {
     }
 
     /// The step that a law crept by, or was found behind a silence, once the new one has settled.
-    fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<i64> {
-        let (device_from, arrival_from, least) = self.crept_from.filter(|_| self.law.has_settled())?;
-        self.crept_from = None;
-        let by_old_law = arrival_from.saturating_add(device_ns.saturating_sub(device_from));
+    fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<Step> {
+        let before = self.before.filter(|_| self.law.has_settled())?;
+        self.before = None;
         let by_new_law = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns) as i64);
-        let by_ns = by_old_law.saturating_sub(by_new_law);
-        (by_ns.saturating_abs() > least).then_some(by_ns)
+        before.step(device_ns, by_new_law)
     }
 
     /// Lets the trials take a frame that is not ahead, and gives a step.
-    fn try_late(&mut self, late: f64, tolerance: f64, device_ns: i64, arrival_ns: i64) -> Option<i64> {
+    fn try_late(&mut self, late: f64, tolerance: f64, device_ns: i64, arrival_ns: i64) -> Option<Step> {
         if late <= tolerance {
             self.trials().into_iter().for_each(Trial::keep);
             return None;
@@ -301,7 +338,7 @@ impl Mapping {
     }
 
     /// Puts the law of a trial in the place of the old one, and gives the step.
-    fn adopt(&mut self, side: Side, device_ns: i64, arrival_ns: i64) -> i64 {
+    fn adopt(&mut self, side: Side, device_ns: i64, arrival_ns: i64) -> Step {
         let trial = match side {
             Side::Ahead => &mut self.ahead,
             Side::ClearlyBehind => &mut self.far_behind,
@@ -313,12 +350,12 @@ impl Mapping {
         std::mem::swap(&mut self.law, &mut trial.law);
         self.trials().into_iter().for_each(Trial::forget);
         self.creep.forget();
-        self.crept_from = None;
+        self.before = None;
         let by_ns = -set_back.clamp(-i128::from(i64::MAX), i128::from(i64::MAX)) as i64;
         let until = arrival_ns.saturating_add(self.window_ns);
         // Little may have been a link that is busy for long, or a longer way: both stay possible while the window remembers the old law.
         self.doubt = (side == Side::Behind).then_some((by_ns.saturating_abs(), until));
-        by_ns
+        Step { by_ns, counted_ns: 0 }
     }
 
     /// How late something came by the law, and how wrong that may be, ns; or why nothing is known.

@@ -30,6 +30,8 @@ pub(super) struct Backlog {
     back_at_ns: Option<i64>,
     /// By how much stamps left out what may yet come, and the arrival of the last that did.
     skipped: Option<(i64, i64)>,
+    /// By how much the law fell, not long ago, and when.
+    fell: Option<(i64, i64)>,
     /// How high the law lies above its lowest, but for what stamps show.
     sum_ns: i64,
 }
@@ -43,6 +45,15 @@ impl Backlog {
         }
     }
 
+    /// Another connection was made. A stamp that goes back from one to the next shows no clock that was set: the peer may hand on what it kept.
+    pub(super) fn reconnected(&mut self) {
+        *self = Self {
+            interval_ns: self.interval_ns,
+            sum_ns: self.sum_ns,
+            ..Self::default()
+        };
+    }
+
     /// A frame came, whether or not it is mapped.
     pub(super) fn see(&mut self, device_ns: i64, arrival_ns: i64) {
         let Some((device_before, arrival_before)) = self.last.replace((device_ns, arrival_ns)) else {
@@ -51,6 +62,7 @@ impl Backlog {
         let by_stamps = device_ns.saturating_sub(device_before);
         let by_arrivals = arrival_ns.saturating_sub(arrival_before).max(0);
         let usual_ns = self.interval_ns;
+        self.settle_fall(by_stamps, arrival_ns);
         if by_stamps < 0 {
             self.back_at_ns = Some(arrival_ns);
             let back_ns = usual_ns.saturating_sub(by_stamps);
@@ -81,6 +93,22 @@ impl Backlog {
         }
     }
 
+    /// What the law fell by was seen as a jump of the stamps too: that takes nothing from what they go back by later. Unless they do at once, as
+    /// behind a frame that came before those of its time.
+    fn settle_fall(&mut self, by_stamps: i64, arrival_ns: i64) {
+        let Some((by_ns, at_ns)) = self.fell else {
+            return;
+        };
+        let is_over = arrival_ns.saturating_sub(at_ns) > MADE_UP_NS;
+        if is_over {
+            let jumped_ns = self.went_back.sum(arrival_ns).min(0).max(by_ns);
+            self.went_back.add(arrival_ns, jumped_ns.saturating_neg());
+        }
+        if is_over || by_stamps < 0 {
+            self.fell = None;
+        }
+    }
+
     fn skip(&mut self, arrival_ns: i64, by_ns: i64) {
         self.skipped = Some((self.skipped_before(arrival_ns).saturating_add(by_ns), arrival_ns));
     }
@@ -102,9 +130,10 @@ impl Backlog {
         let now_ns = self.last.map_or(0, |(_, arrival_ns)| arrival_ns);
         let went_back_ns = self.went_back.sum(now_ns);
         if by_ns <= 0 {
-            // It was seen as a jump of the stamps too: that takes nothing from what they go back by later.
-            let jumped_ns = went_back_ns.min(0).max(by_ns);
-            self.went_back.add(now_ns, jumped_ns.saturating_neg());
+            let before_ns = self.fell.map_or(0, |(by_ns, _)| by_ns);
+            self.fell = (by_ns < 0)
+                .then(|| (before_ns.saturating_add(by_ns), now_ns))
+                .or(self.fell);
             self.sum_ns = self.sum_ns.saturating_add(by_ns).max(0);
             return;
         }
@@ -120,7 +149,7 @@ impl Backlog {
         let now_ns = self.last.map_or(0, |(_, arrival_ns)| arrival_ns);
         let shown_ns = self.went_back.sum(now_ns).clamp(0, late_ns.max(0));
         let rest_ns = late_ns.saturating_sub(shown_ns).max(0);
-        let slack_ns = if shown_ns > 0 { self.interval_ns } else { 0 };
+        let slack_ns = self.interval_ns.min(shown_ns);
         if rest_ns > slack_ns { rest_ns } else { 0 }
     }
 
@@ -138,22 +167,41 @@ struct Credit {
 }
 
 impl Credit {
+    /// What is of the other sign is made up for at once, the oldest first: it would be forgotten before what stands against it.
     fn add(&mut self, at_ns: i64, by_ns: i64) {
         let number = at_ns.div_euclid(PIECE_NS);
-        let place = number.rem_euclid(PIECES as i64);
-        // Always there: the remainder is less than their number.
-        if let Some(piece) = self.pieces.get_mut(place as usize) {
-            let before_ns = if piece.0 == number { piece.1 } else { 0 };
-            *piece = (number, before_ns.saturating_add(by_ns));
+        let mut rest_ns = by_ns;
+        let oldest = Self::place(number) + 1;
+        self.pieces.rotate_left(oldest);
+        for (_, kept_ns) in self.pieces.iter_mut().filter(|(of, _)| is_new(*of, number)) {
+            if kept_ns.signum() == -rest_ns.signum() {
+                let both_ns = kept_ns.saturating_abs().min(rest_ns.saturating_abs());
+                *kept_ns += rest_ns.signum() * both_ns;
+                rest_ns -= rest_ns.signum() * both_ns;
+            }
         }
+        self.pieces.rotate_right(oldest);
+        // Always there: the remainder is less than their number.
+        if let Some(piece) = self.pieces.get_mut(Self::place(number)) {
+            let before_ns = if piece.0 == number { piece.1 } else { 0 };
+            *piece = (number, before_ns.saturating_add(rest_ns));
+        }
+    }
+
+    fn place(number: i64) -> usize {
+        number.rem_euclid(PIECES as i64) as usize
     }
 
     fn sum(&self, now_ns: i64) -> i64 {
         let now = now_ns.div_euclid(PIECE_NS);
-        let is_new = |number: i64| (0..PIECES as i64).contains(&now.saturating_sub(number));
-        let new = self.pieces.iter().filter(|(number, _)| is_new(*number));
+        let new = self.pieces.iter().filter(|(number, _)| is_new(*number, now));
         new.fold(0, |sum: i64, (_, by_ns)| sum.saturating_add(*by_ns))
     }
+}
+
+/// Whether what came in a piece of time is remembered in another.
+fn is_new(number: i64, now: i64) -> bool {
+    (0..PIECES as i64).contains(&now.saturating_sub(number))
 }
 
 #[cfg(test)]
@@ -190,12 +238,16 @@ mod tests {
         let mut set = steady();
         set.see(1000 * MS - 3000 * MS, 1000 * MS);
         let mut more = set.clone();
-        let mut late = set.clone();
+        let [mut late, mut rest] = [set.clone(), set.clone()];
         set.rises(3010 * MS);
         assert_eq!(set.ns(), 0);
         // What stamps went back by counts once.
         set.rises(500 * MS);
         assert_eq!(set.ns(), 500 * MS);
+        // What is left of it hides no more than itself once more.
+        rest.rises(2995 * MS);
+        rest.rises(24 * MS);
+        assert_eq!(rest.ns(), 19 * MS);
         more.rises(3200 * MS);
         assert_eq!(more.ns(), 200 * MS);
         late.see(4100 * MS, 7100 * MS);

@@ -1,4 +1,4 @@
-//! A law that is lowered step by step.
+//! A law that is lowered step by step, and the one that was there before another began.
 
 /// How long a link lets go of what it held: 1 s. What takes longer is a skew.
 const LASTS_NS: i64 = 1_000_000_000;
@@ -32,6 +32,46 @@ impl Creep {
 
     pub(super) fn forget(&mut self) {
         self.0 = None;
+    }
+}
+
+/// By how much a clock was found to be set, ns; forward is positive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step {
+    pub(super) by_ns: i64,
+    /// What the law was moved by of it before it was found.
+    pub(super) counted_ns: i64,
+}
+
+/// A law that another has begun in the place of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Before {
+    /// A stamp, and when its frame had arrived by that law.
+    pub(super) device_ns: i64,
+    pub(super) arrival_ns: i64,
+    /// What is less than a step between the two.
+    pub(super) least_ns: i64,
+    /// What it was moved by of the step before it ended.
+    pub(super) counted_ns: i64,
+}
+
+impl Before {
+    fn arrival_of(&self, device_ns: i64) -> i64 {
+        let since_ns = device_ns.saturating_sub(self.device_ns);
+        self.arrival_ns.saturating_add(since_ns)
+    }
+
+    /// How late a frame is by it, ns; 0 where no step is told from that.
+    pub(super) fn late(&self, device_ns: i64, arrival_ns: i64) -> i64 {
+        let late_ns = arrival_ns.saturating_sub(self.arrival_of(device_ns));
+        if late_ns > self.least_ns { late_ns } else { 0 }
+    }
+
+    /// The step between it and the one that has settled, by which a frame of this stamp arrives at `by_new_law_ns`.
+    pub(super) fn step(&self, device_ns: i64, by_new_law_ns: i64) -> Option<Step> {
+        let by_ns = self.arrival_of(device_ns).saturating_sub(by_new_law_ns);
+        let counted_ns = self.counted_ns;
+        (by_ns.saturating_abs() > self.least_ns).then_some(Step { by_ns, counted_ns })
     }
 }
 

@@ -44,6 +44,14 @@ impl Stamps {
         self.grain_ns
     }
 
+    /// The next stamp comes over another connection: that it is one of before says nothing.
+    pub(super) fn reconnected(&mut self) {
+        *self = Self {
+            grain_ns: self.grain_ns,
+            ..Self::default()
+        };
+    }
+
     /// Why this stamp says nothing, or `None`.
     pub(super) fn judge(&mut self, device_ns: i64, arrival_ns: i64) -> Option<Reason> {
         if device_ns == 0 {

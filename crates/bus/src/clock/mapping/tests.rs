@@ -1,5 +1,6 @@
 //! The law on links whose truth is known, and on stamps that no clock gives.
 
+mod connections;
 mod found;
 pub(crate) mod links;
 mod odd;
