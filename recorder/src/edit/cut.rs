@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::Metadata;
 use mcap::{McapResult, Message, Writer};
+use prost::Message as _;
 use scene::Compression;
 
 use crate::edit::progress::Progress;
@@ -16,8 +17,8 @@ use crate::read::damage::OpenError;
 use crate::read::info::Info;
 use crate::read::reader;
 use crate::read::scan::{self, Item, Scan};
-use crate::wire::proto::MeshFrame;
-use crate::wire::schema::{GUIDE, TISSUE_MESH, WORKFLOW};
+use crate::wire::proto::{Identity, MeshFrame};
+use crate::wire::schema::{GUIDE, IDENTITY, TISSUE_MESH, WORKFLOW};
 use crate::write::file_error::words;
 use crate::write::paths;
 use crate::write::pose_log;
@@ -25,6 +26,9 @@ use crate::write::session_file::synced;
 
 /// The name of the metadata record that says what was cut out of what.
 pub const CUT: &str = "cut";
+
+/// A recording is of one person; of more than so many are none of more use.
+const PEOPLE: usize = 4;
 
 /// From when to when, ns since the run's epoch, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,8 +141,9 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
     let mut info = Info::default();
     let mut progress = Progress::new("cutting");
     // What was chosen before the stretch holds in it, and organs at rest are of all states; written with the first message of it.
-    // So does how far the run had come, of which the last word counts.
+    // So does how far the run had come, of which the last word counts. Whose examination it shows is the same at any time too.
     let (mut chosen, mut meshes, mut reached) = (Vec::new(), Meshes::default(), None);
+    let mut people = BTreeSet::new();
     while let Some(item) = scan.next() {
         let (read, length) = scan.progress();
         progress.at(read, length);
@@ -158,15 +163,17 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
                 let log_time = stretch.from_ns;
                 reached = Some(Item::Message(Message { log_time, ..message }));
             }
+            Ok(Item::Message(message)) if message.channel.topic == IDENTITY => {
+                if people.len() < PEOPLE && people.insert(person(&message.data)) {
+                    let log_time = message.log_time.clamp(stretch.from_ns, stretch.to_ns);
+                    chosen.push(Item::Message(Message { log_time, ..message }));
+                }
+            }
             Ok(Item::Message(message)) if !(stretch.from_ns..=stretch.to_ns).contains(&message.log_time) => {}
             Ok(item) => {
-                let before = match item {
-                    Item::Message(_) => std::mem::take(&mut chosen),
-                    _ => Vec::new(),
-                };
-                let reached = match item {
-                    Item::Message(_) => reached.take(),
-                    _ => None,
+                let (before, reached) = match item {
+                    Item::Message(_) => (std::mem::take(&mut chosen), reached.take()),
+                    _ => (Vec::new(), None),
                 };
                 for item in before.iter().chain(&reached).chain([&item]) {
                     put(out, item)?;
@@ -184,6 +191,12 @@ fn copy_into<W: Write + Seek>(mut scan: Scan<impl Read>, stretch: Stretch, out: 
         }
     }
     Ok(info)
+}
+
+/// What a message says of a person, whenever it was heard of.
+fn person(data: &[u8]) -> Vec<u8> {
+    let known = Identity::decode(data).map(|identity| Identity { t_ns: 0, ..identity });
+    known.map_or_else(|_| data.to_vec(), |identity| identity.encode_to_vec())
 }
 
 /// Meshes of organs, each taken once, and none beyond what may wait in memory.
@@ -302,6 +315,31 @@ mod tests {
             cut(&input, nowhere, &out, true),
             Err(CutError::Nothing { .. })
         ));
+    }
+
+    /// It is written down once, at the beginning, and in simulated time by a clock that may be far ahead.
+    #[test]
+    fn whose_examination_it_is_is_in_every_stretch() {
+        let tmp = tempfile::tempdir().unwrap();
+        let [input, out] = ["s.mcap", "cut.mcap"].map(|name| tmp.path().join(name));
+        for t_ns in [0, i64::MAX / 2] {
+            let mut log = testing::log(0, 0);
+            log.with_identity().unwrap();
+            let identity = proto::Identity {
+                name: "SMITH^A".to_owned(),
+                t_ns,
+                ..proto::Identity::default()
+            };
+            log.put(Entry::Identity(&identity)).unwrap();
+            for seq in 0..60 {
+                log.pose(crate::wire::schema::Source::Tool, &testing::pose(seq))
+                    .unwrap();
+            }
+            fs::write(&input, log.finish().unwrap().into_inner()).unwrap();
+            let [from_ns, to_ns] = [20, 40].map(|seq| testing::pose(seq).t_capture_ns.cast_unsigned());
+            let info = cut(&input, Stretch { from_ns, to_ns }, &out, true).unwrap();
+            assert_eq!(info.tally.topics[IDENTITY].messages, 1, "{t_ns}");
+        }
     }
 
     /// Of a run in simulated time: the mesh was written down by a clock that is far ahead.

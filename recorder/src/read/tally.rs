@@ -105,6 +105,7 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, topic: &TopicTally) -> fmt::Resul
         gaps,
         missing,
         restarts,
+        ..
     } = topic.seqs;
     match range {
         Some((first, last)) => write!(f, "{first:>10} {last:>10} {gaps:>6} {missing:>8} {restarts:>8}")?,

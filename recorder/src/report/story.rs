@@ -270,11 +270,16 @@ fn check(words: &str) -> Option<CheckSaid> {
     let (points, rest) = rest.split_once(" points, the worst ")?;
     let (worst_mm, because) = rest.split_once(" mm off")?;
     let worst_mm = worst_mm.parse().ok().filter(|mm: &f64| mm.is_finite())?;
+    // Nothing passes by no point.
+    let points = points
+        .parse()
+        .ok()
+        .filter(|points| *points > 0 || verdict != VERDICTS[0])?;
     // A long reason comes without its end.
     let because = because.trim_start_matches(" (");
     Some(CheckSaid {
         verdict,
-        points: points.parse().ok()?,
+        points,
         worst_mm,
         because: short(because.strip_suffix(')').unwrap_or(because)),
     })
@@ -356,6 +361,7 @@ mod tests {
         for words in [
             "check passed",
             "check perfect: 3 points, the worst 1.50 mm off",
+            "check passed: 0 points, the worst 0.00 mm off",
             "check passed: many points, the worst 1.50 mm off",
             "check passed: 3 points, the worst NaN mm off",
         ] {
