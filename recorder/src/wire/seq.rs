@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(counts(&[5, 9, 7, 8, 6, 10]), (0, 0, 0));
         assert_eq!(counts(&[5, 9, 6, 7, 8, 10]), (0, 0, 0));
         // The same one again is of a publisher that began anew.
-        assert_eq!(counts(&[5, 7, 6, 6, 7]), (0, 0, 2));
+        assert_eq!(counts(&[5, 7, 6, 6, 7]), (0, 0, 1));
         assert_eq!(watched(&[5, 7, 6]).range, Some((5, 7)));
     }
 
