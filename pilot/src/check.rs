@@ -1,6 +1,7 @@
 //! `pilot check`: what a scene would start, and what would keep it from working, before anything is started.
 
 mod files;
+mod labels;
 mod organs;
 mod place;
 mod targets;
@@ -13,6 +14,7 @@ use scene::localizer::LocalizerSpec;
 use scene::raw::Source;
 
 use crate::plan::{Poses, add_gateway, add_steps, plan};
+pub(crate) use labels::LoadLabels;
 pub use organs::Depth;
 pub(crate) use organs::LookAtOrgans;
 use place::Examination;
@@ -32,7 +34,12 @@ pub(crate) struct Checked {
 }
 
 /// Looks at everything that a scene names; `is_quick` leaves out the meshing of organs.
-pub(crate) fn check(source: &Source, scene: &Scene, is_quick: bool, look: LookAtOrgans) -> Checked {
+pub(crate) fn check(
+    source: &Source,
+    scene: &Scene,
+    is_quick: bool,
+    (look, load): (LookAtOrgans, LoadLabels),
+) -> Checked {
     let mut lines = lines(source, scene);
     let mut faults = files::faults(source, scene);
     faults.extend(targets::faults(scene));
@@ -52,6 +59,9 @@ pub(crate) fn check(source: &Source, scene: &Scene, is_quick: bool, look: LookAt
             faults.extend(place::faults(scene, examination));
             faults.extend(memory(examination));
             lines.extend(examination.doubts());
+            let found = labels::look_at(scene, examination, load);
+            lines.extend(found.lines);
+            faults.extend(found.faults);
         }
         Err(why) => faults.push(why.clone()),
     }

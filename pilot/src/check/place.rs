@@ -4,7 +4,9 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use bus::message::VolumeHeader;
+use bus::volume::LabelMap;
 use geometry::{Ct, Point, VolumeGrid};
+use guidance::safety::GridMatch;
 use phantom::Phantom;
 use scene::raw::Source;
 use scene::steps::{KnownPoint, Registering};
@@ -104,6 +106,11 @@ impl Examination {
         self.warnings
             .iter()
             .map(|words| format!("warning: the examination: {words}"))
+    }
+
+    /// How a label map lies beside its voxels.
+    pub(super) fn lies_under(&self, labels: &LabelMap) -> GridMatch {
+        labels.lies_on(&self.grid)
     }
 
     /// How many voxels are loaded, where that is all of them.

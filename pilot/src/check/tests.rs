@@ -1,17 +1,62 @@
 use std::path::Path;
 
-use scene::raw;
+use bus::volume::{Hasher, LabelMap, Layout, Marks, OwnedVolume, Voxels};
+use scene::{VolumeSpec, raw};
 
 use super::*;
 
 fn checked(text: &str) -> Checked {
     let source = raw::parse(text, Path::new("s.toml")).unwrap();
-    check(&source, &Scene::from_raw(&source).unwrap(), false, as_far)
+    check(&source, &Scene::from_raw(&source).unwrap(), false, (as_far, labelled))
 }
 
 /// Organs that nothing is wrong with.
 fn as_far(_: &Scene, depth: Depth) -> Result<Option<String>, Box<dyn std::error::Error + Send + Sync>> {
     Ok((depth == Depth::Meshes).then(|| "meshed".to_owned()))
+}
+
+/// A label map that nobody approved of, on a grid of its own; none of another name.
+fn labelled(file: &Path, _: &VolumeSpec, _: u64) -> Result<LabelMap, Box<dyn std::error::Error + Send + Sync>> {
+    if !file.ends_with("organs.dcm") {
+        return Err("no such file".into());
+    }
+    let rows = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+    let grid = geometry::VolumeGrid::checked([4, 4, 4], geometry::Affine::from_rows(rows))?;
+    let layout = Layout::new([4; 3], [4; 3])?;
+    let volume = OwnedVolume {
+        grid,
+        voxels: Voxels::zeroed(layout.stored() as usize),
+        layout,
+        padding_hu: 0,
+        hash: Hasher::new(&grid, 0).finish(),
+        marks: Marks::NONE,
+    };
+    Ok(LabelMap {
+        volume,
+        is_in_its_frame: false,
+        doubts: vec!["ApprovalStatus is UNAPPROVED".to_owned()],
+    })
+}
+
+/// A scene with a label map that nobody approved of, or that is not there, was good without a word.
+#[test]
+fn what_is_doubtful_about_a_label_map_is_said() {
+    let of = |file: &str| checked(&format!("[volume]\nspacing_mm = 6.0\n[plan]\nlabels = \"{file}\"\n"));
+    let found = of("/x/organs.dcm");
+    let warnings: Vec<_> = found
+        .lines
+        .iter()
+        .filter(|line| line.contains("the label map"))
+        .collect();
+    assert_eq!(found.faults, [""; 0]);
+    assert_eq!(
+        warnings,
+        [
+            "warning: the label map: LABELS LIE ON ANOTHER GRID THAN THE CT: compare them",
+            "warning: the label map: ApprovalStatus is UNAPPROVED"
+        ]
+    );
+    assert_eq!(of("/x/none.dcm").faults, ["plan.labels /x/none.dcm: no such file"]);
 }
 
 #[test]
@@ -225,7 +270,7 @@ fn labels_of_the_generated_patient_beside_another_examination_are_said() {
         .unwrap();
         let text = format!("[volume]\nsource = \"{source}\"\n[tissue]\norgans = \"o.toml\"\n");
         let source = raw::parse(&text, &folder.path().join("s.toml")).unwrap();
-        let found = check(&source, &Scene::from_raw(&source).unwrap(), false, as_far);
+        let found = check(&source, &Scene::from_raw(&source).unwrap(), false, (as_far, labelled));
         let is_said = |words: &str| found.lines.iter().any(|line| line.contains(words));
         assert!(is_said("organs meshed") != is_said("were not held against the examination"));
         let of_labels = found.faults.into_iter().find(|fault| fault.contains("space.labels"));
