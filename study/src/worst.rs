@@ -48,9 +48,8 @@ impl Kept {
     /// What shows it, in the folder of the study.
     pub fn command(&self) -> String {
         format!(
-            "pilot replay {} --volume {} --window --out {}",
+            "pilot replay {} --window --out {}",
             self.folder.join(recording::FILE).display(),
-            self.ct.display(),
             self.folder.join("replay").display()
         )
     }
@@ -141,7 +140,7 @@ fn one(plan: &Plan, (out, images): (&Path, &Images), (rank, row): (usize, &Row))
     let name = format!("{:02}-{}-{}-{}", rank + 1, row.stratum, row.number, row.target);
     let folder = Path::new(WORST).join(name);
     if !out.join(&folder).exists() {
-        write(out, &folder, stratum, images, row).map_err(failed)?;
+        write((out, &folder, &ct), stratum, images, row).map_err(failed)?;
     }
     Ok(Kept {
         stratum: row.stratum.clone(),
@@ -153,7 +152,7 @@ fn one(plan: &Plan, (out, images): (&Path, &Images), (rank, row): (usize, &Row))
 }
 
 /// Makes the folder of one operation beside, and renames it when it is whole.
-fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Row) -> Result<(), Words> {
+fn write((out, folder, ct): (&Path, &Path, &Path), stratum: &Stratum, images: &Images, row: &Row) -> Result<(), Words> {
     let all = out.join(WORST);
     fs::create_dir_all(&all)?;
     let scratch = tempfile::Builder::new().prefix("trocar-study-").tempdir()?;
@@ -173,7 +172,9 @@ fn write(out: &Path, folder: &Path, stratum: &Stratum, images: &Images, row: &Ro
     for name in BESIDE.iter().chain(by) {
         fs::copy(scratch.path().join(name), beside.path().join(name))?;
     }
-    recording::write(beside.path(), stratum, &again, (&targets, at))?;
+    // From that folder, so that the study's folder may be moved.
+    let ct = Path::new("../..").join(ct);
+    recording::write(beside.path(), (stratum, &ct), &again, (&targets, at))?;
     fs::rename(beside.keep(), out.join(folder))?;
     Ok(())
 }

@@ -334,6 +334,20 @@ pub fn load(path: &Path) -> Result<Source, SceneError> {
 /// # Errors
 /// [`SceneError::Syntax`].
 pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
+    parse_beside(text, path, path)
+}
+
+/// Reads the text of the scene that is attached to a recording. Errors name the file within the file; relative paths in it mean relative to
+/// the recording.
+///
+/// # Errors
+/// [`SceneError::Syntax`].
+pub fn parse_attached(text: &str, recording: &Path) -> Result<Source, SceneError> {
+    parse_beside(text, &recording.join("scene.toml"), recording)
+}
+
+/// Reads the text of the scene `path`, whose relative paths mean relative to `file`.
+fn parse_beside(text: &str, path: &Path, file: &Path) -> Result<Source, SceneError> {
     let mut scene: RawScene = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);
         let (line, column) = locate::line_and_column(text, at);
@@ -347,7 +361,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         }
     })?;
     if scene.volume.source != GENERATED {
-        anchor(&mut scene.volume.source, path);
+        anchor(&mut scene.volume.source, file);
     }
     let tracker = &mut scene.tracker;
     let plan = scene
@@ -378,7 +392,7 @@ pub fn parse(text: &str, path: &Path) -> Result<Source, SceneError> {
         .iter_mut()
         .flat_map(|localizer| localizer.tools.iter_mut());
     let roms = roms.map(|tool| &mut tool.rom);
-    files.flatten().chain(roms).for_each(|file| anchor(file, path));
+    files.flatten().chain(roms).for_each(|named| anchor(named, file));
     Ok(Source {
         path: path.to_owned(),
         text: text.to_owned(),

@@ -176,7 +176,7 @@ fn whole(facts: &Facts, recording: &Path) -> Result<(), PrepareError> {
 /// Refuses a scene in which the recorded states of organs would be shown with another tool, or not at all, without a word.
 fn same_organs(source: &Source, (path, recorded): (&Path, &str), recording: &Path) -> Result<(), PrepareError> {
     // A recorded scene that cannot be read any more has nothing to be held against.
-    let Ok(recorded) = raw::parse(recorded, &recording.join("scene.toml")) else {
+    let Ok(recorded) = raw::parse_attached(recorded, recording) else {
         return Ok(());
     };
     let refused = |why| PrepareError::OtherTool {
@@ -222,14 +222,17 @@ fn scene(
 ) -> Result<(Source, Scene, Option<Recompute>), PrepareError> {
     let mut source = match (&args.scene, &facts.scene) {
         (Some(path), _) => raw::load(path)?,
-        // Errors name the file within the file.
-        (None, Some(text)) => raw::parse(text, &recording.join("scene.toml"))?,
+        (None, Some(text)) => raw::parse_attached(text, recording)?,
         (None, None) => return Err(PrepareError::NoScene(recording.to_owned())),
     };
     if let (Some(path), Some(text)) = (&args.scene, &facts.scene) {
         same_organs(&source, (path, text), recording)?;
     }
-    if let Some(mut recorded) = facts.scene.as_ref().and_then(|text| raw::parse(text, recording).ok()) {
+    if let Some(mut recorded) = facts
+        .scene
+        .as_ref()
+        .and_then(|text| raw::parse_attached(text, recording).ok())
+    {
         tied::take_over(&mut source.scene, &mut recorded.scene);
     }
     // Structures beside planned ways are no part of a replay, and their file may be elsewhere by now: an overview that shows them says so.

@@ -171,7 +171,7 @@ pub fn instant(path: &Path, place: Place<'_>) -> Result<Instant, InstantError> {
     whole(path, facts.damage.first())?;
     let text = facts.scene.as_deref();
     let text = text.ok_or_else(|| InstantError::NoScene(path.to_owned()))?;
-    let mut source = raw::parse(text, &path.join("scene.toml"))?;
+    let mut source = raw::parse_attached(text, path)?;
     // The recording says in which examination it was made.
     source.scene.volume.hash = None;
     let scene = Scene::from_raw(&source)?;

@@ -32,17 +32,17 @@ const CHUNK_S: f64 = 0.5;
 /// Beyond the localizer's latency an image is old, ms: as in a scene that says nothing of it.
 const STALE_MS: f64 = 100.0;
 
-/// Writes the recording and its scene to `folder`, which has the files of the operation.
+/// Writes the recording and its scene to `folder`, which has the files of the operation; the examination lies at `ct` from there.
 ///
 /// # Errors
 /// In words.
 pub(super) fn write(
     folder: &Path,
-    stratum: &Stratum,
+    (stratum, ct): (&Stratum, &Path),
     again: &Again,
     (targets, at): (&[Landmark], usize),
 ) -> Result<(), Words> {
-    let text = scene_text(&stratum.dials, again, targets);
+    let text = scene_text((&stratum.dials, ct), again, targets);
     let scene = Scene::parse(&text, &folder.join(SCENE)).map_err(|error| error.to_string())?;
     fs::write(folder.join(SCENE), &text)?;
     let first = again.tape.shots.first().ok_or("nothing was seen of it")?;
@@ -158,10 +158,11 @@ fn guide(target: &scene::Target) -> Guide {
 }
 
 /// The tracker's scene of the operation, with the examination and the targets.
-fn scene_text(dials: &Dials, again: &Again, targets: &[Landmark]) -> String {
+fn scene_text((dials, ct): (&Dials, &Path), again: &Again, targets: &[Landmark]) -> String {
     let mut text = format!(
-        "{}[volume]\nsource = \"ct.mha\"\n",
-        tracker_text(dials, TUBE, &again.emitters)
+        "{}[volume]\nsource = {:?}\n",
+        tracker_text(dials, TUBE, &again.emitters),
+        ct.display().to_string()
     );
     text += "[tracker.calibration]\nfile = \"tool.json\"\nmarker = \"ball\"\n[tracker.registration]\nfile = \"registration.json\"\n";
     text += &format!(

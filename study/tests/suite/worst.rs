@@ -78,6 +78,13 @@ fn a_recording_shows_what_the_line_says() {
         );
         assert!(folder.path().join(&one.ct).exists(), "{:?}", one.ct);
         assert!(one.command().starts_with("pilot replay worst/0"), "{}", one.command());
+        // The scene finds its examination from where the recording lies.
+        let text = fs::read_to_string(path.with_file_name("scene.toml")).unwrap();
+        let source = scene::raw::parse_attached(&text, &path).unwrap().scene.volume.source;
+        assert_eq!(
+            Path::new(&source).canonicalize().unwrap(),
+            folder.path().join(&one.ct).canonicalize().unwrap()
+        );
     }
 }
 

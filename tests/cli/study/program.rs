@@ -28,6 +28,7 @@ fn a_study_is_done_by_the_sibling_and_gone_on_with() {
     ] {
         assert!(page.contains(section), "{section}");
     }
+    made_again(&world);
     let again = world.output("pilot", &words);
     assert!(
         again.status.success() && stderr(&again).contains("0 operations in"),
@@ -39,6 +40,24 @@ fn a_study_is_done_by_the_sibling_and_gone_on_with() {
     let other = world.output("pilot", &words);
     assert_eq!(other.status.code(), Some(1));
     assert!(stderr(&other).contains("is of another study"), "{}", stderr(&other));
+}
+
+/// A kept operation is made again by its recording alone, each pose to the last bit. Its scene named the examination where it was not.
+fn made_again(world: &World) {
+    let worst = fs::read_dir(world.path("out").join("worst")).unwrap();
+    let kept: Vec<_> = worst.map(|entry| entry.unwrap().path().join("session.mcap")).collect();
+    let [recording, ..] = kept.as_slice() else {
+        panic!("no operation was kept")
+    };
+    let (recording, out) = (recording.to_string_lossy(), world.path("again"));
+    let out = out.to_string_lossy();
+    let words = ["replay", &*recording, "--recompute", "--headless", "--out", &*out];
+    let output = world.output("pilot", &words);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = fs::read_to_string(world.path("again").join("compare.json")).unwrap();
+    let compared: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let [common, identical] = ["common", "identical"].map(|key| compared[key].as_u64().unwrap());
+    assert!(common > 100 && identical == common, "{text}");
 }
 
 #[test]
