@@ -26,3 +26,4 @@ pub mod run;
 pub mod simulate;
 mod state;
 mod stream;
+mod waiting;

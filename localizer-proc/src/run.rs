@@ -19,6 +19,7 @@ use crate::link::{Link, News};
 use crate::ndi::{Ndi, SetUpError};
 use crate::openigtlink::{NamesError, OpenIgtLink, Picture};
 use crate::output::Output;
+use crate::waiting::{Told, Waiting};
 
 /// Its name in the run.
 pub(crate) const NAME: &str = "localizer";
@@ -81,7 +82,7 @@ pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunErro
         events,
         told: 0,
         told_of_images: Vec::new(),
-        told_waited_ns: 0,
+        waiting: Waiting::default(),
         next_lost_ns: i64::MIN,
         rate: Rate::default(),
     };
@@ -131,8 +132,7 @@ struct Localizer {
     told: u64,
     /// Why images have no time of their own, as far as it was told on this connection.
     told_of_images: Vec<Untimed>,
-    /// For how long frames may have waited, as it was told last, ns.
-    told_waited_ns: i64,
+    waiting: Waiting,
     /// While there is no connection, that is said so often, as a pose that is lost grows old too.
     every_ns: i64,
     next_lost_ns: i64,
@@ -202,28 +202,23 @@ impl Localizer {
         if let Some(words) = event {
             self.tell(words, Level::Warning, process)?;
         }
-        self.tell_of_waiting(process)
+        self.tell_of_waiting(frame.arrival_ns, process)
     }
 
-    /// Each time that frames may have waited for longer by half than was told, and when that has ended.
-    fn tell_of_waiting(&mut self, process: &Process) -> Result<(), RunError> {
+    fn tell_of_waiting(&mut self, now_ns: i64, process: &Process) -> Result<(), RunError> {
         let words = self.clock.waited_words();
-        let waited_ns = self.clock.waited_ns();
-        if words.is_empty() {
-            return match std::mem::take(&mut self.told_waited_ns) {
-                0 => Ok(()),
-                _ => self.tell("poses wait no longer".to_owned(), Level::Info, process),
-            };
+        let waited_ns = if words.is_empty() { 0 } else { self.clock.waited_ns() };
+        match self.waiting.of(waited_ns, now_ns) {
+            None => Ok(()),
+            Some(Told::Over) => self.tell("poses wait no longer".to_owned(), Level::Info, process),
+            Some(Told::Longer) => {
+                let told = format!(
+                    "{words}: they are counted as that old, and none is shown beyond limits.lost_ms, until the clock steps forward by as much \
+                     or somebody who looked at the peer says `pilot restart localizer`"
+                );
+                self.tell(told, Level::Error, process)
+            }
         }
-        if waited_ns / 3 * 2 <= self.told_waited_ns {
-            return Ok(());
-        }
-        self.told_waited_ns = waited_ns;
-        let told = format!(
-            "{words}: they are counted as that old, and none is shown beyond limits.lost_ms, until the clock steps forward \
-             or somebody who looked at the peer says `pilot restart localizer`"
-        );
-        self.tell(told, Level::Error, process)
     }
 
     fn show(&mut self, picture: &Picture, process: &mut Process) -> Result<(), RunError> {

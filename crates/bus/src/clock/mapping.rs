@@ -36,7 +36,6 @@ pub use spread::Spread;
 use backlog::Backlog;
 use creep::{Before, Creep, Step};
 use envelope::Envelope;
-use skew::Skew;
 use spread::Lateness;
 use stamps::Stamps;
 use told::Told;
@@ -81,8 +80,6 @@ const UNKNOWN_SKEW: f64 = 20e-6;
 /// The law's noise, so many times, and this at least, is kept by every frame of the clock it belongs to.
 const NOISES: f64 = 12.0;
 const LEAST_STEP_NS: f64 = 0.5e6;
-/// A stamp that is back by more behind another connection is of a clock that was started anew, ns: no queue keeps a minute.
-const OTHER_CLOCK_NS: f64 = 60e9;
 /// A law that held for so long is that of a clock, ns: frames that leave it later are late by it.
 const GOOD_NS: i64 = 5_000_000_000;
 
@@ -132,7 +129,6 @@ impl Mapping {
         self.is_anew = true;
         self.last = None;
         self.stamps.reconnected();
-        self.backlog.reconnected();
     }
 
     /// How long frames may have waited beside what the law says, as of the newest, ns.
@@ -156,11 +152,9 @@ impl Mapping {
             }
             None => self.follow(device_ns, arrival_ns),
         };
-        if !matches!(judged, Some(Reason::NoStamp | Reason::OutOfRange)) {
-            self.backlog.see(device_ns, arrival_ns);
-        }
         self.backlog.rises(self.law_rose(before, step, device_ns, arrival_ns));
-        let step = step.and_then(|step| self.told.step(step.by_ns, arrival_ns));
+        let told = step.filter(|step| step.is_told);
+        let step = told.and_then(|step| self.told.step(step.by_ns, arrival_ns));
         let placed = placed.and_then(|()| self.place(device_ns, arrival_ns));
         let arrived = placed.err().and_then(|reason| self.told.arrival(reason, arrival_ns));
         self.held_up_ns = match placed {
@@ -188,7 +182,13 @@ impl Mapping {
     fn late_for_arrival(&self, reason: Reason, device_ns: i64, arrival_ns: i64) -> i64 {
         let leaves_law = matches!(
             reason,
-            Reason::Rate | Reason::Unsteady | Reason::Behind | Reason::Vague | Reason::Backwards | Reason::Ahead
+            Reason::Rate
+                | Reason::Unsteady
+                | Reason::Behind
+                | Reason::Vague
+                | Reason::Backwards
+                | Reason::Ahead
+                | Reason::Repeated
         );
         if !self.law.has_settled() {
             let is_of_clock = leaves_law || reason == Reason::JustBegun;
@@ -234,9 +234,7 @@ impl Mapping {
     fn follow(&mut self, device_ns: i64, arrival_ns: i64) -> (Result<(), Reason>, Option<Step>) {
         let silence = self.law.silence(device_ns, arrival_ns);
         let is_anew = std::mem::take(&mut self.is_anew);
-        if is_anew && silence < -OTHER_CLOCK_NS {
-            self.forget_clock();
-        } else if is_anew || self.law.is_empty() || silence > self.window_ns as f64 {
+        if is_anew || self.law.is_empty() || silence > self.window_ns as f64 {
             self.begin_anew(silence.max(0.0), device_ns, arrival_ns);
         }
         if self.ahead.is_stale(device_ns, arrival_ns) {
@@ -270,14 +268,6 @@ impl Mapping {
         self.creep.forget();
     }
 
-    /// The clock of before is not the one of this connection.
-    fn forget_clock(&mut self) {
-        self.law.clear(Skew::new());
-        self.trials().into_iter().for_each(Trial::forget);
-        self.creep.forget();
-        (self.before, self.held, self.doubt) = (None, None, None);
-    }
-
     /// The same of a frame that arrived `early`, before the law allowed it to.
     fn follow_ahead(
         &mut self,
@@ -308,12 +298,12 @@ impl Mapping {
         (Ok(()), None)
     }
 
-    /// The step that a law crept by, or was found behind a silence, once the new one has settled.
+    /// The step that a law crept by, or was found behind a silence, once the new one has settled. Less than is told counts too: many make a queue.
     fn crept(&mut self, device_ns: i64, arrival_ns: i64) -> Option<Step> {
         let before = self.before.filter(|_| self.law.has_settled())?;
         self.before = None;
         let by_new_law = arrival_ns.saturating_sub(self.law.late(device_ns, arrival_ns) as i64);
-        before.step(device_ns, by_new_law)
+        Some(before.step(device_ns, by_new_law))
     }
 
     /// Lets the trials take a frame that is not ahead, and gives a step.
@@ -355,7 +345,11 @@ impl Mapping {
         let until = arrival_ns.saturating_add(self.window_ns);
         // Little may have been a link that is busy for long, or a longer way: both stay possible while the window remembers the old law.
         self.doubt = (side == Side::Behind).then_some((by_ns.saturating_abs(), until));
-        Step { by_ns, counted_ns: 0 }
+        Step {
+            by_ns,
+            counted_ns: 0,
+            is_told: true,
+        }
     }
 
     /// How late something came by the law, and how wrong that may be, ns; or why nothing is known.

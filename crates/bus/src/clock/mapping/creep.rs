@@ -41,6 +41,8 @@ pub(super) struct Step {
     pub(super) by_ns: i64,
     /// What the law was moved by of it before it was found.
     pub(super) counted_ns: i64,
+    /// It is more than what the clocks, or the law, may have gone otherwise.
+    pub(super) is_told: bool,
 }
 
 /// A law that another has begun in the place of.
@@ -68,10 +70,13 @@ impl Before {
     }
 
     /// The step between it and the one that has settled, by which a frame of this stamp arrives at `by_new_law_ns`.
-    pub(super) fn step(&self, device_ns: i64, by_new_law_ns: i64) -> Option<Step> {
+    pub(super) fn step(&self, device_ns: i64, by_new_law_ns: i64) -> Step {
         let by_ns = self.arrival_of(device_ns).saturating_sub(by_new_law_ns);
-        let counted_ns = self.counted_ns;
-        (by_ns.saturating_abs() > self.least_ns).then_some(Step { by_ns, counted_ns })
+        Step {
+            by_ns,
+            counted_ns: self.counted_ns,
+            is_told: by_ns.saturating_abs() > self.least_ns,
+        }
     }
 }
 

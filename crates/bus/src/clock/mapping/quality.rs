@@ -12,8 +12,8 @@ pub struct Mapped {
     /// How far `capture_ns` may be from the capture plus the part of the least delay that was not stated, nanoseconds: at least 99 frames
     /// of 100 are nearer. `None` where nothing bounds it, which is so for every arrival.
     pub uncertain_ns: Option<i64>,
-    /// How much earlier than `capture_ns` the frame may have been captured, nanoseconds, 0 for nothing known of it: the sum of steps back that
-    /// no stamp shows, as a queue on the peer's side that grew by as much looks the same, and what the frame is late by a law that its stamps
+    /// How much earlier than `capture_ns` the frame may have been captured, nanoseconds, 0 for nothing known of it: the sum of steps back, as a
+    /// queue on the peer's side that grew by as much looks the same, and what the frame is late by a law that its stamps
     /// keep no more.
     pub waited_ns: i64,
     /// What `capture_ns` rests on.

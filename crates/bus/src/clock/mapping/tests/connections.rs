@@ -2,7 +2,7 @@
 
 use chance::Chance;
 
-use super::super::{Mapped, Mapping, Quality, Settings};
+use super::super::{Mapped, Mapping, Settings};
 use super::links::{ETHERNET, LINKS, Link, POLLED, Plan, WIFI};
 use super::queue::{WITHIN_NS, queued};
 use super::study::ns;
@@ -67,11 +67,11 @@ fn what_a_law_falls_by_is_counted_once() {
     assert_none_younger(&all, &link, 1.0, WITHIN_NS, "busy");
 }
 
-/// A link without a queue has none behind another connection either, and a device that was started anew is another clock.
+/// A link without a queue has none behind another connection either.
 #[test]
 fn another_connection_alone_is_no_queue() {
     for plan in LINKS {
-        let mut link = plan.link(2);
+        let link = plan.link(2);
         let breaks_s: Vec<f64> = (0..17).map(|k| 10.0 * f64::from(k) + 3.0).collect();
         for (mapped, truth) in mapped_over(&breaks_s, &link).iter().zip(&link.truth) {
             let older = ns(*truth) - mapped.capture_ns.saturating_sub(mapped.waited_ns);
@@ -81,16 +81,43 @@ fn another_connection_alone_is_no_queue() {
                 plan.name
             );
         }
-        for (device, arrival) in link.device.iter_mut().zip(&link.arrival) {
-            *device -= if *arrival >= 93.0 { 1060.0 } else { 0.0 };
-        }
-        let last = mapped_over(&[93.0], &link).pop();
-        assert!(
-            last.is_some_and(|last| last.waited_ns == 0 && last.quality == Quality::Mapped),
-            "{}: {last:?}",
-            plan.name
-        );
     }
+}
+
+/// One message of 70 s before, as of a tool that is not seen, was a device that had been started anew, and the queue behind it had an age of 0.
+#[test]
+fn a_stamp_of_long_ago_ends_no_queue_over_another_connection() {
+    let plan = Plan {
+        length_s: 100.0,
+        ..ETHERNET
+    };
+    for old in [1, 120] {
+        let mut link = plan.link(4);
+        let from = link.truth.partition_point(|t| *t < 80.0);
+        for (k, (device, truth)) in link.device.iter_mut().zip(&mut link.truth).enumerate().skip(from) {
+            let late_s = if k < from + old { 70.0 } else { 2.0 };
+            (*device, *truth) = (*device - late_s, *truth - late_s);
+        }
+        let all = mapped_over(&[link.arrival[from]], &link);
+        assert_none_younger(&all, &link, 1.0, WITHIN_NS, "long ago");
+    }
+}
+
+/// A queue that grew by less than a step over each of many connections was none.
+#[test]
+fn what_many_connections_add_is_a_queue() {
+    let plan = Plan {
+        length_s: 90.0,
+        ..ETHERNET
+    };
+    let mut link = plan.link(6);
+    let breaks_s: Vec<f64> = (0..60).map(|k| 20.0 + f64::from(k)).collect();
+    for (arrival, truth) in link.arrival.iter_mut().zip(&link.truth) {
+        // 2 ms with each.
+        *arrival += (truth - 19.0).floor().clamp(0.0, 60.0) * 2e-3;
+    }
+    let all = mapped_over(&breaks_s, &link);
+    assert_none_younger(&all, &link, 1.0, WITHIN_NS, "many");
 }
 
 /// What a peer kept, and hands to the next connection first, shows by its stamps that go back no clock that was set.
@@ -112,10 +139,10 @@ fn frames_that_a_peer_kept_for_the_next_connection_are_as_old_as_they_are() {
 }
 
 /// Queues of any size and speed on links of any kind, frames that change places, and connections that break, all together. The worst of 1200 such was
-/// an interval of frames where they change places, and 15 ms elsewhere, at the end of a queue.
+/// 52 ms, an interval of frames that change places, and 13 ms elsewhere, both at the end of a queue.
 #[test]
-fn no_frame_of_a_made_up_link_is_stated_younger_than_it_is_by_more_than_an_interval() {
-    for seed in 0..150 {
+fn no_frame_of_a_made_up_link_is_stated_younger_than_it_is() {
+    for seed in 0..60 {
         let chance = Chance::new(seed, 77);
         let one_of = |draw, most: usize| (chance.uniform(draw) * most as f64) as usize % most;
         let plan = Plan {
@@ -135,8 +162,7 @@ fn no_frame_of_a_made_up_link_is_stated_younger_than_it_is_by_more_than_an_inter
         breaks_s.sort_by(f64::total_cmp);
         let what = format!("{seed} {} {} Hz {part} {most_s} {breaks_s:?}", plan.name, plan.rate_hz);
         // The first seconds of a link hold no law that says how late a frame is.
-        let within_ns = 2 * WITHIN_NS + ns(1.0 / plan.rate_hz);
-        assert_none_younger(&mapped_over(&breaks_s, &link), &link, 6.0, within_ns, &what);
+        assert_none_younger(&mapped_over(&breaks_s, &link), &link, 6.0, 3 * WITHIN_NS, &what);
     }
 }
 

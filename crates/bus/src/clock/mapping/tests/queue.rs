@@ -68,20 +68,45 @@ fn frames_of_a_queue_that_grows_are_never_stated_younger_than_they_are() {
 }
 
 #[test]
-fn nothing_has_waited_where_links_are_busy_and_where_stamps_show_that_a_clock_was_set() {
-    for plan in LINKS.iter().chain(&STEPPED) {
+fn nothing_has_waited_where_links_are_busy() {
+    for plan in &LINKS {
         for seed in 0..2 {
             let link = plan.link(seed);
             for (mapped, truth) in mapped(&link).iter().zip(&link.truth) {
-                // A frame of a clock that was just set has its arrival, and may have been held up in fact: until the law has followed it
-                // counts as old as its stamp, which is off by the step.
+                // What was held up and has its arrival counts as held up.
                 let older = ns(*truth) - mapped.capture_ns.saturating_sub(mapped.waited_ns);
                 assert!(
-                    mapped.waited_ns == 0 || (mapped.quality != Quality::Mapped && older < STEP_NS + WITHIN_NS),
+                    mapped.waited_ns == 0 || (mapped.quality != Quality::Mapped && older < WITHIN_NS),
                     "{}: {truth} by {older} ns, {mapped:?}",
                     plan.name
                 );
             }
+        }
+    }
+}
+
+/// A clock that is set back gives the stamps of a queue, or of a peer that hands on once more what it kept: its frames count as that old, and as no
+/// older, until it is set forward.
+#[test]
+fn a_clock_that_is_set_back_counts_as_a_queue_of_that_length() {
+    for plan in &STEPPED {
+        let link = plan.link(1);
+        for (mapped, truth) in mapped(&link).iter().zip(&link.truth).filter(|(_, truth)| **truth > 1.0) {
+            let set_s: f64 = plan
+                .steps
+                .iter()
+                .filter(|(at, _)| truth >= at)
+                .map(|(_, by)| by.min(0.0).abs())
+                .sum();
+            if mapped.quality != Quality::Mapped {
+                continue;
+            }
+            let older = ns(*truth) - mapped.capture_ns.saturating_sub(mapped.waited_ns);
+            assert!(
+                (-WITHIN_NS..ns(set_s) + 2 * WITHIN_NS).contains(&older),
+                "{}: {truth} by {older} ns, {mapped:?}",
+                plan.name
+            );
         }
     }
 }
@@ -104,6 +129,52 @@ fn frames_that_have_waited_behind_a_silence_are_found_late_by_the_law_before_it(
         link.arrival[late..].iter_mut().for_each(|t| *t += waited_s);
         let last = mapped(&link).pop().map_or(0, |mapped| mapped.waited_ns);
         assert!((last - ns(waited_s)).abs() < WITHIN_NS, "{silent_s} {waited_s}: {last}");
+    }
+}
+
+/// A peer that falls back to the beginning of what it keeps, and goes on so, was a clock that had been set: 2 s old, and LIVE.
+#[test]
+fn frames_that_a_peer_hands_on_once_more_are_as_old_as_they_are() {
+    for (back, every) in [(120, 1), (24, 1), (120, 3)] {
+        let mut link = Plan {
+            length_s: 60.0,
+            ..ETHERNET
+        }
+        .link(5);
+        let from = link.truth.partition_point(|t| *t < 30.0);
+        for column in [&mut link.device, &mut link.truth] {
+            let kept: Vec<f64> = column[from - back..column.len() - back].to_vec();
+            // Not each of them: a peer that keeps less.
+            let kept = kept.chunks(every).flat_map(|some| vec![some[0]; some.len()]);
+            column.truncate(from);
+            column.extend(kept);
+        }
+        for (mapped, truth) in mapped(&link).iter().zip(&link.truth).filter(|(_, truth)| **truth > 1.0) {
+            let younger = mapped.capture_ns.saturating_sub(mapped.waited_ns) - ns(*truth);
+            assert!(
+                younger < WITHIN_NS,
+                "{back} {every}: {truth} by {younger} ns, {mapped:?}"
+            );
+        }
+    }
+}
+
+/// A queue of 2 s was forgotten as its peer's clock was set back or forward by 3 s, and right again 3 s later.
+#[test]
+fn a_clock_that_is_set_and_set_right_ends_no_queue() {
+    for set_s in [-3.0, 3.0] {
+        let plan = Plan {
+            length_s: 60.0,
+            ..ETHERNET
+        };
+        let mut link = queued(&plan, 0.5, 2.0);
+        for (device, truth) in link.device.iter_mut().zip(&link.truth) {
+            *device += if (30.0..33.0).contains(truth) { set_s } else { 0.0 };
+        }
+        for (mapped, truth) in mapped(&link).iter().zip(&link.truth).filter(|(_, truth)| **truth > 1.0) {
+            let younger = mapped.capture_ns.saturating_sub(mapped.waited_ns) - ns(*truth);
+            assert!(younger < WITHIN_NS, "{set_s}: {truth} by {younger} ns, {mapped:?}");
+        }
     }
 }
 
@@ -132,12 +203,11 @@ fn stamps_that_go_back_and_are_made_up_for_hide_no_queue() {
                 back_s => link.device[k] = link.device[k - 1] - back_s,
             }
         }
-        for (mapped, truth) in mapped(&link).iter().zip(&link.truth).filter(|(_, truth)| **truth > 1.0) {
+        for (mapped, truth) in mapped(&link).iter().zip(&link.truth).filter(|(_, truth)| **truth > 6.0) {
+            // From where on the law is that of a clock.
             let younger = mapped.capture_ns.saturating_sub(mapped.waited_ns) - ns(*truth);
-            // What lies between two frames whose stamps go back is known to their interval: that much of a queue may be taken for a clock that was set.
-            let interval_ns = ns(1.0 / plan.rate_hz);
             assert!(
-                younger < WITHIN_NS + interval_ns,
+                younger < WITHIN_NS,
                 "{every} {back_s} {part}: {truth} by {younger} ns, {mapped:?}"
             );
         }
