@@ -129,6 +129,7 @@ impl Mapping {
         self.is_anew = true;
         self.last = None;
         self.stamps.reconnected();
+        self.told.reconnected();
     }
 
     /// How long frames may have waited beside what the law says, as of the newest, ns.

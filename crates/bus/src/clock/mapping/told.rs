@@ -32,6 +32,11 @@ impl Told {
         }
     }
 
+    /// Another connection was made: what was told is news again, as its peer may be another.
+    pub(super) fn reconnected(&mut self) {
+        self.given_ns = [None; Reason::ALL.len()];
+    }
+
     /// Counts a step; gives it where the clock is not unsteady by now.
     pub(super) fn step(&mut self, by_ns: i64, arrival_ns: i64) -> Option<Event> {
         self.steps += 1;
