@@ -11,7 +11,7 @@ use bus::BusError;
 use bus::clock;
 use bus::message::ProcessState;
 use bus::port::{SharedVolume, VolumeSubscriber};
-use bus::process::{JoinError, Membership, Process};
+use bus::process::{JoinError, Membership, Process, take_leave};
 use scene::{Plane, TrackerSource};
 
 use crate::client::Known;
@@ -29,6 +29,8 @@ const TICK: Duration = Duration::from_millis(10);
 
 /// How long clients may take to be told that the run has ended.
 const FAREWELL: Duration = Duration::from_millis(500);
+/// So long after the pilot's death this process is gone, whatever it does.
+const LEAVE: Duration = Duration::from_secs(2);
 
 /// Why nobody is served, or not any longer.
 #[derive(Debug, thiserror::Error)]
@@ -98,6 +100,8 @@ impl Desk {
 /// Each variant of [`RunError`].
 pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     let mut process = Process::join("gateway", membership)?;
+    // Killed with the pilot, it would leave its clients a valid pose as the last word.
+    take_leave(membership, &process.stop, LEAVE)?;
     let spec = process.scene.gateway.ok_or(RunError::NoGateway)?;
     let origin = Origin::of(&process.run, &process.scene);
     let known = Arc::new(known(&process, origin));
@@ -143,7 +147,8 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
         let next_ns = process.clock().now_ns() + clock::ns(TICK);
         process.clock().sleep_until(next_ns);
     }
-    process.beat(ProcessState::Stopping, "asked to stop")?;
+    // Where the bus has failed, clients are told all the same.
+    let stopping = process.beat(ProcessState::Stopping, "asked to stop");
     let _ = listener.join();
     let followed = feed.map_or(Ok(()), |feed| {
         feed.join().map_or(Err(RunError::Ended), |result| Ok(result?))
@@ -153,7 +158,7 @@ pub(crate) fn run(membership: &Membership) -> Result<(), RunError> {
     while hall.present() > 0 && clock::monotonic_ns() < deadline_ns {
         thread::sleep(TICK);
     }
-    followed
+    followed.and(stopping.map_err(RunError::from))
 }
 
 /// A recording is somebody else's scene: what it opens is open to this machine alone.

@@ -5,6 +5,7 @@
 //! * `link` dials, reads and writes, and dials again for ever; a peer that is not there is a state, not an error.
 //! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
 //! * `single` holds the single markers of a device against their definitions.
+//! * `attention` knows whether this process stood still, so that nobody saw when something came.
 //! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
 //! * `image_clock` holds images to the clock of the poses, by how late they come.
 //! * `simulate` is the other side: a simulated device of NDI for whoever dials.
@@ -12,6 +13,7 @@
 
 #![forbid(unsafe_code)]
 
+mod attention;
 pub mod cli;
 pub mod clocks;
 mod decode;

@@ -15,7 +15,7 @@ const CONNECT: Duration = Duration::from_secs(2);
 const FIRST_WAIT_NS: i64 = 100_000_000;
 const MOST_WAIT_NS: i64 = 2_000_000_000;
 /// Bytes that are read at once.
-const CHUNK: usize = 64 << 10;
+pub(crate) const CHUNK: usize = 64 << 10;
 
 /// What came of waiting.
 #[derive(Debug)]

@@ -21,6 +21,8 @@ use single::{ShapeError, Single};
 
 /// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
 const MOST_BYTES: u64 = 64 << 10;
+/// Told once on a connection; how often it was so stands in the status.
+const OF_BEFORE: &str = "the device, or what is between, gave a reply of before (the number of its frame goes back): such replies are not used";
 
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
@@ -62,7 +64,10 @@ pub(crate) struct Ndi {
     poll_ns: i64,
     sent_ns: i64,
     told: Once,
+    /// What the device says of itself, in words that no other words begin with.
     words: String,
+    /// Replies of before on this connection.
+    of_before: u64,
 }
 
 impl Ndi {
@@ -104,6 +109,7 @@ impl Ndi {
             sent_ns: 0,
             told: Once::default(),
             words: String::new(),
+            of_before: 0,
         })
     }
 
@@ -131,8 +137,12 @@ impl Ndi {
         match notice {
             // Polls are more frequent than frames.
             Notice::SameFrame { .. } | Notice::NoFrame => return,
-            Notice::Version(version) => {
-                self.words = version.lines().next().unwrap_or_default().chars().take(40).collect();
+            Notice::Version(version) => self.words = device_words(version),
+            Notice::Back { .. } => {
+                self.of_before += 1;
+                acts.push(Act::Refused);
+                acts.extend(self.told.say(OF_BEFORE.to_owned()));
+                return;
             }
             Notice::Malformed(_) | Notice::Refused { .. } | Notice::NotAnAnswer { .. } | Notice::Unanswered { .. } => {
                 acts.push(Act::Refused);
@@ -204,6 +214,12 @@ fn posed(pose: &Pose) -> Result<(geometry::Rigid<geometry::Tracker, geometry::Ma
     Ok((rigid, pose.error_mm))
 }
 
+/// What a device says of itself, for the status. In quotes, so that it passes for nobody's words but its own.
+fn device_words(version: &str) -> String {
+    let line: String = version.lines().next().unwrap_or_default().chars().take(40).collect();
+    format!("device {line:?}")
+}
+
 /// What a device says of a tool, as a reason of the bus: one table.
 fn lost(why: Why) -> Lost {
     match why {
@@ -254,7 +270,7 @@ impl Driver for Ndi {
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
         self.told = Once::default();
         self.single.iter_mut().for_each(Single::forget);
-        self.words = "setting up".to_owned();
+        (self.words, self.of_before) = ("setting up".to_owned(), 0);
         let actions = self.session.step(Event::Connected, now_ns);
         self.carry_out(actions, now_ns)
     }
@@ -281,7 +297,10 @@ impl Driver for Ndi {
     }
 
     fn words(&self) -> String {
-        self.words.clone()
+        match self.of_before {
+            0 => self.words.clone(),
+            count => format!("{count} replies of before not used; {}", self.words),
+        }
     }
 
     fn markers(&self) -> Vec<u32> {
@@ -296,6 +315,15 @@ impl Driver for Ndi {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The first line of VER began the status, and the pilot believed what it said of a queue.
+    #[test]
+    fn what_a_device_calls_itself_passes_for_no_words_of_the_localizer() {
+        let said = device_words(&format!("{}9999\nmore", bus::message::MAY_BE_OLDER));
+        assert_eq!(said, "device \"poses may be older by ms: 9999\"");
+        assert_eq!(bus::message::may_be_older_ms(&said), None);
+        assert_eq!(device_words("a\u{1b}[2K"), "device \"a\\u{1b}[2K\"");
+    }
 
     #[test]
     fn every_reason_of_a_device_has_one_of_the_bus() {

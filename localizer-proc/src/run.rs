@@ -11,11 +11,12 @@ use bus::topic::EVENT;
 use scene::TrackerSource;
 use scene::localizer::{LinkSpec, LocalizerSpec, OpenIgtLinkSpec};
 
+use crate::attention::Attention;
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Follows, Frame, Places};
 use crate::image_clock::Untimed;
 use crate::image_output::ImageOutput;
-use crate::link::{Link, News};
+use crate::link::{CHUNK, Link, News};
 use crate::ndi::{Ndi, SetUpError};
 use crate::openigtlink::{NamesError, OpenIgtLink, Picture};
 use crate::output::Output;
@@ -76,6 +77,7 @@ pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunErro
         clock: clock_of(&spec).having_waited(clock::ns(Duration::from_millis(waited_ms))),
         every_ns: clock::ns(process.scene.limits.stale) / 2,
         images: ImageOutput::new(matches!(&spec.link, LinkSpec::OpenIgtLink(link) if link.images.is_some())),
+        attention: Attention::default(),
         spec,
         driver,
         output,
@@ -125,6 +127,7 @@ struct Localizer {
     link: Link,
     driver: Box<dyn Driver>,
     clock: DeviceClock,
+    attention: Attention,
     output: Output,
     images: ImageOutput,
     events: Publisher<Event>,
@@ -146,7 +149,11 @@ impl Localizer {
         let look_ns = now_ns.saturating_add(clock::ns(LOOK_UP));
         let due_ns = self.driver.due_ns().filter(|_| self.link.is_up());
         let until_ns = due_ns.map_or(look_ns, |due_ns| due_ns.min(look_ns));
-        let acts = match self.link.wait(process.clock(), until_ns) {
+        let news = self.link.wait(process.clock(), until_ns);
+        let came_ns = process.clock().now_ns();
+        let is_full = matches!(&news, News::Bytes(bytes) if bytes.len() == CHUNK);
+        self.attention.looked(came_ns, is_full);
+        let acts = match news {
             News::Nothing => Vec::new(),
             News::Connected => {
                 self.clock.reconnected();
@@ -154,7 +161,7 @@ impl Localizer {
                 self.tell(format!("connected with {}", self.spec.address), Level::Info, process)?;
                 self.driver.connected(process.clock().now_ns())
             }
-            News::Bytes(bytes) => self.driver.bytes(bytes, process.clock().now_ns()),
+            News::Bytes(bytes) => self.driver.bytes(bytes, came_ns),
             News::Closed(why) => vec![Act::Close(why)],
         };
         self.carry_out(acts, process)?;
@@ -191,6 +198,7 @@ impl Localizer {
 
     fn publish(&mut self, frame: &Frame, places: Option<&Places>, process: &mut Process) -> Result<(), RunError> {
         let (captured, event) = self.clock.capture(frame);
+        let captured = self.attention.judged(captured);
         let lost_ns = clock::ns(process.scene.limits.lost);
         match places {
             None if captured.waited_ns > lost_ns => self.output.send(&refused(frame), captured, process)?,

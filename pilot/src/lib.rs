@@ -15,6 +15,7 @@ mod output;
 mod plan;
 mod planning;
 mod ports;
+mod presence;
 mod problems;
 mod remote;
 mod replay;

@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod memory;
+mod samples;
 pub(crate) mod tissue;
 
 use bus::clock::ms;
@@ -12,6 +13,7 @@ use geometry::{Point, Tool, VolumeGrid};
 use serde::Serialize;
 
 use crate::metrics::accuracy::AccuracyBook;
+use crate::metrics::samples::{ALL, Samples};
 use crate::metrics::tissue::TissueBook;
 
 /// The way of a pose to its pixels, stage by stage.
@@ -32,6 +34,7 @@ pub(crate) struct Metrics {
     pub(crate) registration_id: Option<u64>,
     pub(crate) views: Vec<ViewBook>,
     latencies: Latencies,
+    samples: Samples,
     pub(crate) tissue: TissueBook,
     pub(crate) restarts: Vec<Restart>,
     pub(crate) volume: Option<VolumeHeader>,
@@ -186,6 +189,9 @@ impl Metrics {
         if !self.is_there {
             self.poses.missing = before_missing;
         }
+        if !is_refused {
+            self.samples.add(&pose);
+        }
         match tracked {
             _ if is_refused => self.poses.refused += 1,
             Tracked::Valid(at) => {
@@ -339,7 +345,12 @@ impl Metrics {
         self.accuracy.lost_by(Lost::Frozen)
     }
 
-    /// The percentiles of each stage.
+    /// The percentiles of each stage, and of what no image may have shown.
+    pub(crate) fn all_latencies(&self) -> impl Iterator<Item = (&'static str, Latency)> {
+        self.latencies().chain([(ALL, self.samples.latency())])
+    }
+
+    /// The percentiles of each stage, of what images showed.
     pub(crate) fn latencies(&self) -> impl Iterator<Item = (&'static str, Latency)> {
         STAGES.into_iter().zip(self.latencies.0.iter().map(percentiles))
     }

@@ -43,6 +43,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
             .report(&run.scene)
             .and_then(|tissue| tissue.problem()),
     );
+    problems.extend(run.presence.problem());
     problems.extend(recorder_troubles(run));
     problems.extend(run.crowds.iter().map(ToString::to_string));
     problems.extend(run.cards_given_up.iter().cloned());
@@ -54,7 +55,7 @@ pub(crate) fn problems(run: &Run, pictures: &Pictures) -> Vec<String> {
     let unrecorded = pictures
         .processes
         .iter()
-        .filter(|process| process.note.starts_with(NOT_RECORDING));
+        .filter(|process| process.name == "recorder" && process.note.starts_with(NOT_RECORDING));
     problems.extend(unrecorded.map(|process| format!("at its end the session was {}", process.note)));
     let unfinished = output::recordings(&run.options.out, run.options.recording())
         .into_iter()

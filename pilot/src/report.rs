@@ -33,7 +33,8 @@ pub(crate) struct Report {
     pub(crate) remote: Option<RemoteReport>,
     pub(crate) poses: PoseCounts,
     pub(crate) accuracy: AccuracyReport,
-    /// Stage by stage and as a whole, over every image that showed a pose for the first time; ms.
+    /// Stage by stage and as a whole, over every image that showed a pose for the first time; from capture to publication over every
+    /// sample too; ms.
     pub(crate) latency_ms: BTreeMap<&'static str, Latency>,
     pub(crate) views: Vec<ViewReport>,
     /// What images showed of organs, in a scene that moves some.

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use bus::clock::{self, monotonic_ns};
-use bus::message::{Command, CommandKind, FrameState, Level, ProcessState, may_be_older_ms};
+use bus::message::{Command, CommandKind, FrameState, Level, ProcessState};
 use bus::port::CommandServer;
 use bus::process::{JoinError, StopFlag};
 use bus::run::{RunContext, RunError as FolderError, RunLock, run_dir};
@@ -129,6 +129,7 @@ fn run_locked(options: Options, source: Source, scene: Scene, context: &RunConte
 impl Run {
     /// Once round: take in what happened, decide, act.
     fn turn(&mut self, server: &CommandServer) -> Result<Option<Outcome>, RunError> {
+        self.look_at_oneself();
         // The tick comes last: whoever gave a sign of life meanwhile is not silent.
         let mut events = self.beats()?;
         events.extend(self.endings());
@@ -165,6 +166,23 @@ impl Run {
         Ok(None)
     }
 
+    /// A pilot that stood still says so, and blames nobody else for it.
+    fn look_at_oneself(&mut self) {
+        let silent_ns = clock::ns(self.scene.limits.silent);
+        // As the supervisor does.
+        let Some(away_ns) = self.presence.turn(self.clock().now_ns(), silent_ns / 4) else {
+            return;
+        };
+        for child in &mut self.children {
+            child.standstill.forgive(away_ns);
+        }
+        if away_ns > silent_ns {
+            let words = self.presence.stood_still(away_ns);
+            bus::stderr_line!("pilot: {words}");
+            self.tell(Level::Error, &words);
+        }
+    }
+
     /// Tells the supervisor and does what it decides.
     fn step(&mut self, event: Event) -> Result<Option<Outcome>, RunError> {
         let now = self.clock().now_ns();
@@ -191,7 +209,7 @@ impl Run {
             }
             self.noted(i, beat.note_text());
             if self.children[i].name() == LOCALIZER && beat.process_state() == ProcessState::Ready {
-                self.metrics.older_now_ms = may_be_older_ms(&beat.note_text()).unwrap_or(0);
+                self.metrics.older_now_ms = self.children[i].older_ms(&beat.note_text()).unwrap_or(0);
             }
             if self.children[i].name() == "recorder" {
                 self.unrecorded.heard(&beat);
@@ -356,6 +374,8 @@ impl Run {
                 &format!("ending: the pictures show pose {}", self.last_seq()),
             );
             self.pictures = Some(shutdown::take_pictures(self));
+            // Renderers take their time.
+            self.presence.was_at_work(self.bus.clock().now_ns());
         }
     }
 

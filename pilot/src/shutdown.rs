@@ -213,7 +213,7 @@ pub(crate) fn report(run: &Run) -> Report {
         remote: remote_report(run),
         poses: run.metrics.poses,
         accuracy: run.metrics.accuracy.report(),
-        latency_ms: run.metrics.latencies().collect::<BTreeMap<_, _>>(),
+        latency_ms: run.metrics.all_latencies().collect::<BTreeMap<_, _>>(),
         views: (0..run.scene.views.len())
             .map(|view| view_report(run, view, pictures))
             .collect(),

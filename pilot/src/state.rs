@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bus::clock::Clock;
-use bus::message::{Event, GPU_GIVEN_UP, Heartbeat, Level, NOT_RECORDING, may_be_older_ms};
+use bus::message::{Event, Heartbeat, Level, NOT_RECORDING};
 use bus::port::Crowded;
 use bus::process::StopFlag;
 use bus::run::RunContext;
@@ -23,6 +23,7 @@ use crate::output::{RECOMPUTED, SESSION};
 use crate::plan::{Poses, add_gateway, add_steps, add_window, plan};
 use crate::planning::{Desk, PlanStore};
 use crate::ports::Ports;
+use crate::presence::Presence;
 use crate::remote::Remote;
 use crate::replay::{Recompute, Recomputed, Replay};
 use crate::report::Pictures;
@@ -121,6 +122,8 @@ pub(crate) struct Run {
     /// In the order of the plan, in which the supervisor counts them too.
     pub(crate) children: Vec<Child>,
     pub(crate) supervisor: Supervisor,
+    /// Whether the pilot itself stood still.
+    pub(crate) presence: Presence,
     /// Messages that came while the recorder could not write, or that were in files that somebody removed.
     pub(crate) unrecorded: Unrecorded,
     pub(crate) ports: Ports,
@@ -213,6 +216,7 @@ impl Run {
                 .map(|store| Desk::open(&bus, store))
                 .transpose()?,
             supervisor: Supervisor::new(roles, scene.limits.clone()),
+            presence: Presence::default(),
             unrecorded: Unrecorded::default(),
             metrics: Metrics::new(scene.views.len()),
             kept: KeptVolume::default(),
@@ -260,12 +264,14 @@ impl Run {
 
     /// Process `i` says this of itself.
     pub(crate) fn noted(&mut self, i: usize, note: String) {
-        if note.contains(GPU_GIVEN_UP) && !self.children[i].note.contains(GPU_GIVEN_UP) {
+        let child = &self.children[i];
+        if child.has_given_up_a_card(&note) && !child.has_given_up_a_card(&child.note) {
             let words = format!("{}: {note}", self.children[i].name());
             self.tell(Level::Warning, &words);
             self.cards_given_up.push(words);
         }
-        self.metrics.older_ms = self.metrics.older_ms.max(may_be_older_ms(&note).unwrap_or(0));
+        let older_ms = self.children[i].older_ms(&note).unwrap_or(0);
+        self.metrics.older_ms = self.metrics.older_ms.max(older_ms);
         self.children[i].note = note;
     }
 

@@ -2,12 +2,14 @@
 
 use std::net::{SocketAddr, TcpListener};
 
+use igtl::{Kind, ToolStatus, Version};
 use phantom::Phantom;
 use serde_json::{Value, json};
 
 use crate::peers;
+use crate::poses::{get, transform};
 use crate::rig::Raw;
-use crate::support::{SMALL, World, all_live, kill_9, pid_in, report};
+use crate::support::{SMALL, World, all_live, is_alive, kill_9, pid_in, report, wait_for};
 
 fn note(status: &Value) -> Option<String> {
     let all = status["processes"].as_array()?;
@@ -110,4 +112,29 @@ fn a_port_that_another_program_has_is_said_and_asked_for_again_and_the_run_goes_
     drop(other);
     pilot.wait_for("the port", |status| address(status) == Some(taken));
     assert!(pilot.stop().success());
+}
+
+/// The kernel killed the gateway with the pilot: the last that a client was told was a pose that is valid.
+#[test]
+fn a_pilot_that_is_killed_leaves_no_client_with_a_valid_pose() {
+    let world = World::new();
+    let scene = world.file("s.toml", &format!("{SMALL}[gateway]\naddress = \"127.0.0.1:0\"\n"));
+    let pilot = world.start(&scene, &world.path("out"), "orphan");
+    let status = pilot.wait_for("the gateway", |status| all_live(status) && address(status).is_some());
+    let gateway = pid_in(&status, "gateway").unwrap();
+    let mut client = Raw::dial(address(&status).unwrap());
+    client.send(&get(Kind::Status, Version::Two));
+    client.wait_for("a valid pose", |message| {
+        transform(message)
+            .filter(|(status, ..)| *status == ToolStatus::Ok)
+            .map(|_| ())
+    });
+    kill_9(u64::from(pilot.child.id()));
+    let mut last = None;
+    while let Some(message) = client.next() {
+        let of_tool = transform(&message).filter(|_| message.device == "ToolToRas");
+        last = of_tool.map(|(status, _, why)| (status, why)).or(last);
+    }
+    assert_eq!(last, Some((ToolStatus::Missing, "ENDED: the run has ended".to_owned())));
+    wait_for("the gateway to be gone", || (!is_alive(gateway)).then_some(()));
 }

@@ -287,6 +287,24 @@ fn no_orphan_outlives_a_killed_pilot_and_the_next_run_starts_cleanly() {
     assert!(again["problems"].as_array().unwrap().is_empty(), "{again}");
 }
 
+/// The report said that a disk held up the recorder, which had gone on: it was the pilot that had been stopped.
+#[test]
+fn a_pilot_that_was_stopped_says_so_and_blames_nobody() {
+    let world = World::new();
+    let pilot = start_of(&world, &SMALL.replace("silent_s = 30.0", "silent_s = 3.0"));
+    pilot.wait_live();
+    let pid = rustix::process::Pid::from_child(&pilot.child);
+    let signal = |signal| rustix::process::kill_process(pid, signal).unwrap();
+    signal(rustix::process::Signal::STOP);
+    std::thread::sleep(std::time::Duration::from_secs(5));
+    signal(rustix::process::Signal::CONT);
+    pilot.wait_live();
+    assert_eq!(pilot.stop().code(), Some(3));
+    let problems = crate::support::report(&world.path("out"))["problems"].to_string();
+    assert!(problems.contains("the pilot stood still for"), "{problems}");
+    assert!(!problems.contains("the recorder's work"), "{problems}");
+}
+
 #[test]
 fn a_crash_loop_is_held_and_the_rest_goes_on() {
     let world = World::new();

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rustix::fs::Mode;
-use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
+use rustix::process::Signal;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use thread_priority::ThreadPriority;
 use thread_priority::unix::{
@@ -26,6 +26,10 @@ use crate::topic::HEARTBEAT;
 use crate::{Bus, BusError};
 use scene::{Scene, SceneError};
 
+mod parent;
+
+pub use parent::take_leave;
+
 /// In it the pilot hands the hash of the run's files to the processes that it starts.
 pub const FACTS_VARIABLE: &str = "TROCAR_FACTS";
 /// Of 1 to 99: below what a system gives its own threads.
@@ -38,7 +42,7 @@ const BEAT: Duration = Duration::from_millis(100);
 pub struct Membership {
     /// The run's folder.
     pub run_dir: PathBuf,
-    /// The pilot that started this process; with it this process dies.
+    /// The pilot that started this process; with it this process dies ([`take_leave`]: soon after).
     pub parent: Option<u32>,
 }
 
@@ -120,7 +124,7 @@ impl Process {
     /// Each variant of [`JoinError`].
     pub fn join(name: &str, membership: &Membership) -> Result<Self, JoinError> {
         if let Some(parent) = membership.parent {
-            die_with(parent)?;
+            parent::die_with(parent, Signal::KILL)?;
         }
         // The pilot hears of this process from here on, however long it takes to join.
         let life = match membership.parent {
@@ -236,18 +240,6 @@ pub fn leave_real_time() {
 /// From here on the files and folders that this process and its children make are open to their user only.
 pub fn keep_to_oneself() {
     rustix::process::umask(Mode::RWXG | Mode::RWXO);
-}
-
-/// Asks the kernel to kill this process when the pilot dies, in whatever way.
-fn die_with(parent: u32) -> Result<(), JoinError> {
-    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|e| JoinError::Signals(e.into()))?;
-    // The pilot may have died before the line above.
-    let parent_is_alive = getppid().map(Pid::as_raw_nonzero).map(|pid| pid.get()) == i32::try_from(parent).ok();
-    if parent_is_alive {
-        Ok(())
-    } else {
-        Err(JoinError::Orphan(parent))
-    }
 }
 
 /// Writes a line to stderr, for whoever looks on. Where that cannot be written (a log on a full disk, a terminal that was

@@ -132,8 +132,8 @@ impl Frame {
         }
     }
 
-    /// The frames of a reply to TX or BX: tools with one number are of one frame. A tool without a number (a disabled
-    /// one) is in all; strays are of the last one.
+    /// The frames of a reply to TX or BX: tools with one number are of one frame, and stand first in it. A tool without a
+    /// number (a disabled one) is in all; strays are of the last one.
     pub fn of_polled(reply: &Polled, tolerance: f64) -> Vec<Self> {
         let mut frames: Vec<Self> = Vec::new();
         for tool in &reply.tools {
@@ -146,11 +146,12 @@ impl Frame {
         }
         for frame in &mut frames {
             let number = frame.number;
-            let of = reply
+            let of_it = reply
                 .tools
                 .iter()
-                .filter(|tool| tool.frame.is_none() || tool.frame == number);
-            of.for_each(|tool| frame.add(tool, tolerance));
+                .filter(|tool| tool.frame.is_some() && tool.frame == number);
+            let of_all = reply.tools.iter().filter(|tool| tool.frame.is_none());
+            of_it.chain(of_all).for_each(|tool| frame.add(tool, tolerance));
         }
         if let (Some(frame), Some(strays)) = (frames.last_mut(), &reply.strays) {
             frame.add_markers(None, strays);

@@ -50,7 +50,7 @@ pub enum Action {
     Speed(String),
     /// Say this, or count it.
     Tell(Notice),
-    /// A frame that was not seen before.
+    /// A frame that was not seen before, and is not one of before: never [`FrameStep::Same`] or [`FrameStep::Back`].
     Publish(Frame, FrameStep),
     /// Close the connection. Nothing else is to be done any more.
     Close(Reason),
@@ -142,6 +142,22 @@ pub enum Notice {
         from: u32,
         /// The new one.
         to: u32,
+    },
+    /// The frame may be one of before: it is not given.
+    #[error("frame {to} after frame {from}: a reply of before, which is not used")]
+    Back {
+        /// The last number.
+        from: u32,
+        /// Its own.
+        to: u32,
+    },
+    /// Frames went back and on from there: the device is set up again.
+    #[error(
+        "{frames} frames one after the other went on from an earlier number: the device counts anew, and is set up again"
+    )]
+    CountsAnew {
+        /// How many.
+        frames: u32,
     },
     /// A tool of the session is there no longer.
     #[error("the tool of handle {0} was unplugged")]

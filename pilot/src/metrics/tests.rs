@@ -43,6 +43,20 @@ fn latencies_take_the_same_memory_however_many_there_are() {
     assert!(one < 100_000, "{one} bytes");
 }
 
+/// A pose that came 6 s late was shown on no image, and the largest latency of the report was 49 ms.
+#[test]
+fn a_late_sample_that_no_image_showed_is_among_the_latencies() {
+    let mut metrics = Metrics::new(1);
+    for (seq, late_ns) in [(0, 1_000_000), (1, 6_012_000_000)] {
+        let mut late = pose(seq, Tracked::Valid(Rigid::identity()));
+        late.t_publish_ns = late.t_capture_ns + late_ns;
+        metrics.pose(late, BY);
+    }
+    let all = |key: &str| metrics.all_latencies().find(|(stage, _)| *stage == key).unwrap().1;
+    assert_eq!((all(ALL).count, all(ALL).max), (2, 6012.0));
+    assert_eq!(all("capture_to_publish").count, 0);
+}
+
 #[test]
 fn poses_are_counted_by_kind_and_gaps_too() {
     let mut metrics = Metrics::new(1);

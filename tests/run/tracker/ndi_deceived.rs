@@ -196,6 +196,11 @@ fn cases() -> Vec<(&'static str, Evil, Then)> {
             |n| binary_reply(&body(n, &[(2, BAD, 0), (FOLLOWED, BAD, 0x0100)])),
             Then::Lost(Lost::NotSeen),
         ),
+        (
+            "a reply of before",
+            |n| binary_reply(&seen(n - 120, BAD, 0)),
+            Words("gave a reply of before"),
+        ),
         ("a number twice", |n| binary_reply(&seen(n - 1, BAD, 0)), Nothing),
         (
             "a number far off",

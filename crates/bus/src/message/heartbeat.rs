@@ -13,7 +13,7 @@ pub const NOT_RECORDING: &str = "NOT RECORDING";
 /// In the note of a recorder that came after another had died in the middle of the run: what went out in between is in no file.
 pub const RECORDED_ANEW: &str = "begun anew";
 
-/// In the note of a localizer whose frames may have waited in a queue: in front of how long, ms, rounded up.
+/// In front of the note of a localizer whose frames may have waited in a queue, and of how long, ms, rounded up.
 pub const MAY_BE_OLDER: &str = "poses may be older by ms: ";
 
 /// Published by each process a few times a second.
@@ -120,7 +120,8 @@ impl Heartbeat {
 
 /// By how much a localizer that notes this says that its poses may be older than they look, ms.
 pub fn may_be_older_ms(note: &str) -> Option<u64> {
-    let (_, rest) = note.split_once(MAY_BE_OLDER)?;
+    // Behind them a note may have words of the device.
+    let rest = note.strip_prefix(MAY_BE_OLDER)?;
     let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
     rest[..end].parse().ok()
 }
@@ -129,9 +130,20 @@ pub fn may_be_older_ms(note: &str) -> Option<u64> {
 mod tests {
     use super::*;
 
+    /// The first line of a device's VER stands in the note, and a device that said so was believed.
+    #[test]
+    fn what_a_note_says_further_on_is_not_what_the_localizer_says_of_its_queue() {
+        for note in [
+            format!("60 frames/s; device \"{MAY_BE_OLDER}9999\""),
+            format!(" {MAY_BE_OLDER}9999"),
+        ] {
+            assert_eq!(may_be_older_ms(&note), None, "{note}");
+        }
+    }
+
     #[test]
     fn how_much_older_poses_may_be_comes_through_a_note() {
-        let note = format!("60 frames/s; {MAY_BE_OLDER}3021 (a queue)");
+        let note = format!("{MAY_BE_OLDER}3021 (a queue); 60 frames/s");
         assert_eq!(may_be_older_ms(&note), Some(3021));
         assert_eq!(may_be_older_ms(&format!("{MAY_BE_OLDER}7")), Some(7));
         for none in ["60 frames/s", MAY_BE_OLDER, "poses may be older by ms: -3"] {

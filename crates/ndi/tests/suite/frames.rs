@@ -132,29 +132,86 @@ fn the_same_frame_a_wrap_and_a_jump_are_told() {
     assert_eq!(judge(100), FrameStep::First);
     assert_eq!(judge(100), FrameStep::Same);
     assert_eq!((judge(101), judge(104)), (next(0, false), next(2, false)));
-    assert_eq!(judge(103), FrameStep::Jump { from: 104, to: 103 });
+    let to = u32::MAX;
+    assert_eq!(judge(to), FrameStep::Jump { from: 104, to });
+}
+
+/// Of TX and BX, which say no time: the number alone tells.
+fn judged(watch: &mut FrameWatch, number: u32) -> FrameStep {
+    let reply = Polled {
+        tools: vec![polled(1, number)],
+        ..Polled::default()
+    };
+    watch.judge(&Frame::of_polled(&reply, 1e-3)[0])
+}
+
+/// A reply of two seconds before was a jump, and its poses were live.
+#[test]
+fn what_goes_back_is_not_the_last_one_and_what_follows_it_is_counted() {
+    let mut watch = FrameWatch::default();
+    let mut judge = |number| judged(&mut watch, number);
+    let next = |missed, wrapped| FrameStep::Next { missed, wrapped };
+    let back = |from, to, in_a_row| FrameStep::Back { from, to, in_a_row };
+    assert_eq!((judge(500), judge(380)), (FrameStep::First, back(500, 380, 1)));
+    assert_eq!((judge(501), judge(381)), (next(0, false), back(501, 381, 1)));
+    assert_eq!((judge(383), judge(383)), (back(501, 383, 2), FrameStep::Same));
+    assert_eq!((judge(384), judge(200)), (back(501, 384, 3), back(501, 200, 1)));
+    assert_eq!((judge(501), judge(502)), (FrameStep::Same, next(0, false)));
+    // Round the largest number it is not the smaller one that is of before.
+    assert_eq!(judge(u32::MAX), back(502, u32::MAX, 1));
+    let mut watch = FrameWatch::default();
+    let mut judge = |number| judged(&mut watch, number);
+    assert_eq!((judge(u32::MAX), judge(1)), (FrameStep::First, next(1, true)));
+    assert_eq!(judge(u32::MAX - 5), back(1, u32::MAX - 5, 1));
+}
+
+#[test]
+fn by_the_devices_time_a_frame_of_before_is_told_from_a_device_that_counts_otherwise() {
+    let mut watch = FrameWatch::default();
+    let mut judge = |number, device_ns| {
+        let frame = ndi::Bx2Frame {
+            device_ns,
+            ..frame(number, vec![tool(1, 0)])
+        };
+        watch.judge(&of(vec![frame])[0])
+    };
+    assert_eq!(judge(500, 9_000_000_000), FrameStep::First);
+    let jump = |from, to| FrameStep::Jump { from, to };
+    assert_eq!(judge(3, 9_020_000_000), jump(500, 3));
+    // What one device was seen to do.
     assert_eq!(
-        judge(u32::MAX),
+        judge(4_294_967_170, 9_040_000_000),
         FrameStep::Jump {
-            from: 103,
-            to: u32::MAX
+            from: 3,
+            to: 4_294_967_170
         }
     );
-    assert_eq!(judge(1), next(1, true));
-    // What one device was seen to do.
-    for _ in 0..3 {
-        assert!(matches!(
-            judge(16_767),
-            FrameStep::Jump { to: 16_767, .. } | FrameStep::Next { .. }
-        ));
-        assert_eq!(
-            judge(4_294_967_170),
-            FrameStep::Jump {
-                from: 16_767,
-                to: 4_294_967_170
-            }
-        );
+    assert_eq!(judge(16_767, 9_060_000_000), jump(4_294_967_170, 16_767));
+    let (from, to) = (16_767, 4_294_967_170);
+    for device_ns in [9_040_000_000, 9_060_000_000] {
+        assert!(matches!(judge(to, device_ns), FrameStep::Back { .. } | FrameStep::Same));
     }
+    assert_eq!(judge(to, 9_080_000_000), jump(from, to));
+}
+
+/// A port without a number that is listed first gave frames of two kinds one key: each was new again and again.
+#[test]
+fn a_disabled_port_in_front_makes_no_frame_new_again() {
+    let reply = Polled {
+        tools: vec![
+            PolledTool::new(Handle(1), HandleStatus::DISABLED),
+            polled(2, 100),
+            polled(3, 101),
+        ],
+        ..Polled::default()
+    };
+    let mut watch = FrameWatch::default();
+    let mut judge = || {
+        let frames = Frame::of_polled(&reply, 1e-3);
+        frames.iter().map(|frame| watch.judge(frame)).collect::<Vec<_>>()
+    };
+    assert_eq!(judge(), [FrameStep::First; 2]);
+    assert_eq!(judge(), [FrameStep::Same; 2]);
 }
 
 #[test]

@@ -229,3 +229,36 @@ fn after_a_reset_the_device_counts_from_anywhere() {
             .any(|notice| matches!(notice, Notice::Jump { .. }))
     );
 }
+
+/// One poll in a second and a half was answered by the reply of two seconds before, whose poses were live.
+#[test]
+fn a_reply_of_before_is_told_and_not_used_and_a_device_that_counts_anew_is_set_up_again() {
+    for (bx2, bx) in [(true, true), (false, true), (false, false)] {
+        let device = DeviceRules {
+            bx2,
+            bx,
+            ..DeviceRules::default()
+        };
+        let mut pair = Pair::new(rules(), device);
+        pair.event(Event::Connected);
+        pair.show(frame(500, vec![tool(1, 0)]));
+        pair.show(frame(380, vec![tool(1, 0)]));
+        pair.show(frame(501, vec![tool(1, 0)]));
+        let numbers = pair.published.iter().filter_map(|frame| frame.number);
+        let numbers: Vec<u32> = numbers.filter(|number| *number >= 300).collect();
+        assert_eq!(numbers, [500, 501]);
+        assert!(pair.told.contains(&Notice::Back { from: 500, to: 380 }));
+        let sent = pair.sent.len();
+        for number in 1..60 {
+            pair.show(frame(number, vec![tool(1, 0)]));
+        }
+        assert_eq!(last_number(&pair), Some(501), "59 may be of before");
+        pair.show(frame(60, vec![tool(1, 0)]));
+        assert!(pair.told.contains(&Notice::CountsAnew { frames: 60 }));
+        pair.wait(100);
+        assert!(pair.client.is_tracking());
+        assert!(pair.sent[sent..].iter().any(|line| line.starts_with("INIT")));
+        pair.show(frame(62, vec![tool(1, 0)]));
+        assert_eq!(last_number(&pair), Some(62));
+    }
+}

@@ -210,7 +210,8 @@ pub(super) fn latency(facts: &Facts, time: &TimeAxis) -> String {
 /// A stage of the run's report in words.
 fn stage_words(stage: &str) -> String {
     let words = match stage {
-        "capture_to_publish" => "from capture to publication, by the run",
+        "capture_to_publish" => "from capture to publication, by the run, of what images showed",
+        "capture_to_publish_all" => "from capture to publication, by the run",
         "publish_to_seen" => "from publication to the renderer",
         "seen_to_rendered" => "drawing",
         "rendered_to_framed" => "handing over",

@@ -20,6 +20,9 @@ use crate::why::Why;
 const MOST_REFUSED: u32 = 5;
 /// What the device says of itself in one reply, as far as it is told.
 const MOST_ALERTS: usize = 64;
+/// So many frames that go back and on from there are no replies of before: the device counts anew, and is set up as one
+/// that was reset. A second at 60 Hz.
+const COUNTS_ANEW: u32 = 60;
 /// What a device says that does not know a way of polling, or not with these options.
 const NOT_KNOWN: [ErrorCode; 4] = [
     ErrorCode::INVALID_COMMAND,
@@ -70,7 +73,7 @@ impl Client {
                     actions.push(Action::Tell(Notice::Tracking(self.poll)));
                 }
                 self.of_itself(&given, actions);
-                self.frames(given.frames, actions);
+                self.frames(given.frames, now_ns, actions);
                 self.poll(now_ns, actions);
             }
         }
@@ -114,7 +117,7 @@ impl Client {
         self.alerts = alerts.to_vec();
     }
 
-    fn frames(&mut self, frames: Vec<Frame>, actions: &mut Vec<Action>) {
+    fn frames(&mut self, frames: Vec<Frame>, now_ns: i64, actions: &mut Vec<Action>) {
         if frames.is_empty() {
             actions.push(Action::Tell(Notice::NoFrame));
         }
@@ -123,6 +126,14 @@ impl Client {
             match (step, frame.number) {
                 (FrameStep::Same, Some(number)) => {
                     actions.push(Action::Tell(Notice::SameFrame { number }));
+                    continue;
+                }
+                (FrameStep::Back { in_a_row, .. }, _) if in_a_row >= COUNTS_ANEW => {
+                    actions.push(Action::Tell(Notice::CountsAnew { frames: in_a_row }));
+                    return self.set_up(Step::Stop, now_ns, actions);
+                }
+                (FrameStep::Back { from, to, .. }, _) => {
+                    actions.push(Action::Tell(Notice::Back { from, to }));
                     continue;
                 }
                 (FrameStep::Jump { from, to }, _) => actions.push(Action::Tell(Notice::Jump { from, to })),
