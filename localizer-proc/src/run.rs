@@ -285,6 +285,7 @@ impl Localizer {
         }
         let parts = [
             self.clock.waited_words(),
+            self.driver.wrong(),
             self.rate.words(now_ns),
             self.images.words(now_ns),
             self.clock.words(),
