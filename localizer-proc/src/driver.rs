@@ -102,6 +102,11 @@ pub trait Driver {
     /// When [`Driver::tick`] has something to do next, if before the next look.
     fn due_ns(&self) -> Option<i64>;
 
+    /// What is wrong with a connection that is made, for people, in few words; empty for nothing.
+    fn wrong(&self) -> String {
+        String::new()
+    }
+
     /// How a connection stands that is made, for people; empty for nothing to say.
     fn words(&self) -> String;
 

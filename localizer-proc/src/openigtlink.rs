@@ -1,30 +1,36 @@
 //! A peer that speaks OpenIGTLink: its poses of tools as frames of markers.
 //!
-//! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`status`]) and its
-//! numbers are a rotation and a place ([`pose`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of
-//! an ultrasound scanner are passed on where the scene asks for them ([`images`]).
+//! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`stated`], [`status`]), says
+//! nothing else under the same stamp ([`instants`], [`twins`]), and its numbers are a rotation and a place ([`pose`]): [`tools`]. TRANSFORMs
+//! are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of an ultrasound scanner are passed on where the scene asks
+//! for them ([`images`]).
 
 mod gather;
 mod images;
+mod instants;
 mod names;
 mod pose;
+mod reason;
+mod stated;
 mod status;
 #[cfg(test)]
 mod tests;
+mod tools;
 mod twins;
 
 use bus::clock;
-use bus::message::Lost;
-use igtl::session::{Action, Ask, Client, ClientRules, Event, Reason, Speaks};
-use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Stamp, ToolKind, ToolStatus};
-use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect, StatusRule};
+use igtl::session::{self, Action, Ask, Client, ClientRules, Event, Speaks};
+use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Stamp};
+use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect};
 use scene::tracking::PosedMarkers;
 
-use crate::driver::{Act, Driver, Frame, Seen};
+use crate::driver::{Act, Driver};
 use crate::state::Once;
 use gather::Gather;
 use images::Images;
-use names::{Named, Names};
+use instants::Instants;
+use names::Names;
+use reason::Reason;
 use twins::Twins;
 
 pub(crate) use images::Picture;
@@ -53,10 +59,13 @@ pub(crate) struct OpenIgtLink {
     decoder: Decoder,
     gather: Gather,
     twins: Twins,
+    instants: Instants,
     /// The images that the scene asks for; `None`: none.
     images: Option<Images>,
-    /// Markers of which this connection's peer has stated a status.
+    /// Markers of which the peer has stated a status, on this connection or one before.
     stated: Vec<u32>,
+    /// Why a pose was refused last.
+    reason: Reason,
     /// The peer reads version 1 alone, as this connection has shown: the next one is part of the first.
     falls_back: bool,
     /// What was told on this connection.
@@ -101,7 +110,9 @@ impl OpenIgtLink {
             decoder: Decoder::new(limits(spec.images.is_some())),
             images: spec.images.as_ref().map(Images::new),
             twins: Twins::default(),
+            instants: Instants::default(),
             stated: Vec::new(),
+            reason: Reason::default(),
             falls_back: false,
             told: Once::default(),
             refused: 0,
@@ -116,7 +127,7 @@ impl OpenIgtLink {
                 Action::Send(message) => acts.extend(message.to_vec().ok().map(Act::Send)),
                 Action::Tell(notice) => acts.extend(self.told.say(notice.to_string())),
                 Action::Close(reason) => {
-                    self.falls_back = matches!(reason, Reason::NotVersionTwo { .. });
+                    self.falls_back = matches!(reason, session::Reason::NotVersionTwo { .. });
                     acts.push(Act::Close(reason.to_string()));
                 }
                 // A client is asked for nothing that it would answer.
@@ -175,112 +186,6 @@ impl OpenIgtLink {
             }
         }
     }
-
-    /// A message of one tool.
-    fn one(&mut self, message: &Message<'_>, pose: Result<pose::Tool, pose::PoseError>, acts: &mut Vec<Act>) {
-        let status = ToolStatus::of_transform(&message.metadata);
-        let Some(mut seen) = self.seen(&message.device, &status, pose, acts) else {
-            return;
-        };
-        if self.twins.are_two(message.stamp, &seen, self.now_ns) {
-            let name = &message.device;
-            let words =
-                format!("the peer sends {name} twice at one time, at two places: two tools with one name have no pose");
-            acts.extend(self.told.say(words));
-            self.gather.refuse(seen.marker);
-            seen.outcome = Err(Lost::Refused);
-        }
-        let frames = self.gather.add(message.stamp, seen, self.now_ns);
-        if self.gather.is_alone() && self.names.markers().len() > 1 {
-            let words = "the peer's stamps do not say which poses are of one instant: those of tool and patient are not combined";
-            acts.extend(self.told.say(words.to_owned()));
-        }
-        acts.extend(frames.into_iter().map(Act::Frame));
-    }
-
-    /// A message of all tools of one instant. One that is not in it was not seen.
-    fn several(
-        &mut self,
-        message: &Message<'_>,
-        tools: Vec<(DeviceName, ToolKind, Result<pose::Tool, pose::PoseError>)>,
-        acts: &mut Vec<Act>,
-    ) {
-        acts.extend(self.gather.close().map(Act::Frame));
-        let mut all: Vec<Seen> = Vec::with_capacity(tools.len());
-        for (name, kind, pose) in tools {
-            let (status, pose) = match self.names.status(&message.metadata, &name) {
-                Ok(status) => (status, pose),
-                Err(words) => (ToolStatus::Ok, Err(pose::PoseError::Whose(words))),
-            };
-            let pose = match kind {
-                ToolKind::Six => pose,
-                // The turn of a 3D or 5D tool means nothing, and the tracker itself is no tool.
-                other => Err(pose::PoseError::Kind(other.word())),
-            };
-            let Some(seen) = self.seen(&name, &status, pose, acts) else {
-                continue;
-            };
-            match all.iter_mut().find(|other| other.marker == seen.marker) {
-                // Two tools that may be the surgeon's, where the scene names none: neither is.
-                Some(other) => other.outcome = Err(Lost::Refused),
-                None => all.push(seen),
-            }
-        }
-        acts.push(Act::Frame(Frame {
-            device_ns: stamp_ns(message.stamp),
-            first_ns: self.now_ns,
-            arrival_ns: self.now_ns,
-            asked_ns: self.now_ns,
-            seen: all,
-        }));
-    }
-
-    /// A tool of a message as a marker of the scene; none where the scene does not name it.
-    fn seen(
-        &mut self,
-        name: &DeviceName,
-        status: &ToolStatus,
-        pose: Result<pose::Tool, pose::PoseError>,
-        acts: &mut Vec<Act>,
-    ) -> Option<Seen> {
-        let marker = match self.names.find(name) {
-            Named::Marker(marker) => marker,
-            Named::Unknown(words) => {
-                acts.extend(self.told.say(words));
-                return None;
-            }
-            Named::Known => return None,
-        };
-        // A peer that names two tools where the scene names none may mean either.
-        if let Some(ambiguous) = self.names.ambiguous() {
-            acts.extend(self.told.say(ambiguous));
-            let outcome = Err(Lost::Refused);
-            return Some(Seen { marker, outcome });
-        }
-        if *status != ToolStatus::Absent && !self.stated.contains(&marker) {
-            self.stated.push(marker);
-        }
-        // Who states it now and then leaves it out of what it does not know.
-        let rule = match self.stated.contains(&marker) {
-            true => StatusRule::Required,
-            false => self.spec.status,
-        };
-        let outcome = match status::judge(status, rule) {
-            Err((lost, words)) => {
-                acts.extend(words.and_then(|words| self.told.say(format!("{name}: {words}"))));
-                Err(lost)
-            }
-            Ok(()) => pose
-                .and_then(|tool| pose::not_near(tool, self.spec.least_distance_mm))
-                .map(|tool| (tool, 0.0))
-                .map_err(|error| {
-                    acts.push(Act::Refused);
-                    acts.extend(self.told.say(format!("{name}: {error}")));
-                    Lost::Refused
-                }),
-        };
-        Some(Seen { marker, outcome })
-    }
 }
 
 /// A stamp as ns; 0 where there is none.
@@ -296,7 +201,8 @@ impl Driver for OpenIgtLink {
         self.images.iter_mut().for_each(Images::forget);
         self.gather = Gather::new(self.names.markers());
         self.twins = Twins::default();
-        self.stated.clear();
+        self.instants = Instants::default();
+        self.reason = Reason::default();
         self.falls_back = false;
         self.told = Once::default();
         self.names.forget();
@@ -322,6 +228,7 @@ impl Driver for OpenIgtLink {
                 Err(malformed) => {
                     self.refused += 1;
                     acts.push(Act::Refused);
+                    acts.extend(self.gather.damage().map(Act::Frame));
                     let actions = self.session.step(Event::Refused(&malformed), now_ns);
                     self.carry_out(actions, &mut acts);
                     if malformed.recovery == Recovery::Close {
@@ -354,6 +261,17 @@ impl Driver for OpenIgtLink {
         self.gather.due_ns()
     }
 
+    fn wrong(&self) -> String {
+        let is_missing = |marker: &u32| !self.instants.know(*marker);
+        let unmapped = match self.names.markers().iter().any(is_missing) {
+            true => self.names.unmapped(),
+            false => String::new(),
+        };
+        let parts = [self.reason.words(self.now_ns), &unmapped];
+        let parts: Vec<&str> = parts.into_iter().filter(|words| !words.is_empty()).collect();
+        parts.join("; ")
+    }
+
     fn words(&self) -> String {
         let version = match self.session.version() {
             igtl::Version::One => 1,
@@ -363,8 +281,13 @@ impl Driver for OpenIgtLink {
             0 => String::new(),
             n => format!(", {n} messages refused"),
         };
-        let unmapped = self.names.unmapped();
-        format!("version {version}{refused}{unmapped}")
+        let used = self.names.used();
+        // Where a marker of the scene has not come, they are what is wrong.
+        let unmapped = match self.names.unmapped() {
+            words if words.is_empty() || self.wrong().contains(&words) => String::new(),
+            words => format!(", {words}"),
+        };
+        format!("version {version}{used}{refused}{unmapped}")
     }
 
     fn markers(&self) -> Vec<u32> {

@@ -283,19 +283,25 @@ impl Localizer {
 
     /// What the operator reads of it: what is wrong first, as there is room for little.
     fn words(&self, now_ns: i64) -> String {
+        // What a queue was stands there while nobody is connected too: the process that comes next is told by it.
+        let waited = self.clock.waited_words();
         if !self.link.is_up() {
-            return self.link.words(now_ns);
+            return join([waited, self.link.words(now_ns)]);
         }
-        let parts = [
-            self.clock.waited_words(),
+        join([
+            waited,
+            self.driver.wrong(),
             self.rate.words(now_ns),
             self.images.words(now_ns),
             self.clock.words(),
             self.driver.words(),
-        ];
-        let parts: Vec<String> = parts.into_iter().filter(|words| !words.is_empty()).collect();
-        parts.join("; ")
+        ])
     }
+}
+
+fn join<const N: usize>(parts: [String; N]) -> String {
+    let parts: Vec<String> = parts.into_iter().filter(|words| !words.is_empty()).collect();
+    parts.join("; ")
 }
 
 /// A frame whose markers may have moved since for longer than a pose is shown.

@@ -317,15 +317,33 @@ fn outcome(found: &Result<Found, Reason>, outside: bool) -> Status {
         Err(Reason::Stated(Lost::Interference)) => Status::Interference,
         Err(Reason::Stated(Lost::Disconnected)) => Status::Disconnected,
         Err(Reason::Stated(Lost::TooFew)) => Status::TooFew,
-        Err(Reason::Stated(Lost::Residual | Lost::Refused)) => Status::Residual,
+        Err(Reason::Stated(Lost::Residual)) => Status::Residual,
+        Err(Reason::Stated(Lost::Refused)) => Status::Refused,
         Err(Reason::Tool(BodyLost::NotSeen) | Reason::Stated(_)) => Status::NotSeen,
         Err(Reason::Tool(BodyLost::TooFew { .. })) => Status::TooFew,
         Err(Reason::Tool(BodyLost::Geometry { .. })) => Status::Geometry,
-        Err(Reason::Tool(BodyLost::Residual { .. } | BodyLost::Malformed { .. })) => Status::Residual,
+        Err(Reason::Tool(BodyLost::Residual { .. })) => Status::Residual,
+        Err(Reason::Tool(BodyLost::Malformed { .. })) => Status::Refused,
     }
 }
 
 /// The point of the patient that counts: what the surgeon aims at, or the volume's middle.
 fn region(scene: &Scene, grid: &VolumeGrid) -> Point<Ct> {
     scene.targets.first().map_or(grid.centre(), |target| target.centre)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pose that the localizer's driver did not believe was told as emitters that do not fit, where there are none.
+    #[test]
+    fn a_pose_that_was_refused_is_told_as_that() {
+        for lost in Lost::ALL {
+            let status = outcome(&Err(Reason::Stated(lost)), false);
+            assert_eq!(status == Status::Refused, lost == Lost::Refused, "{lost:?}");
+        }
+        assert_eq!(outcome(&Err(Reason::Stated(Lost::Residual)), false), Status::Residual);
+        assert_eq!(Status::Refused.words(), "pose refused");
+    }
 }

@@ -100,6 +100,9 @@ pub enum Notice {
     /// The peer fell silent after a message of version 2: it is sent version 1 from the next connection on.
     #[error("the peer fell silent after a header of version 2: it is sent version 1 from now on")]
     FellBack,
+    /// A connection is over on which no message of version 2 came: the peer is sent version 1 from the next connection on.
+    #[error("the peer sent no message of version 2 while the connection lasted: it is sent version 1 from now on")]
+    NoneOfTwo,
     /// A message was refused; the session goes on.
     #[error("{0}")]
     Malformed(Malformed),

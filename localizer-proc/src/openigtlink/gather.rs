@@ -3,7 +3,8 @@
 //! They belong together where they bear one stamp. A frame is whole once every marker that is looked for is in it; else it ends with
 //! the next stamp, or after half the time between two frames, as a peer may send nothing for a tool that it does not see. What comes
 //! after its frame went out is left out. Where stamps are missing or stand still, nothing says what belongs together: each pose is then a
-//! frame of its own, and tool and patient are never combined.
+//! frame of its own, and tool and patient are never combined. Nor are they where a message was damaged, until the second stamp after it:
+//! it may have been what shows that two instants share a stamp.
 
 use bus::message::Lost;
 use igtl::Stamp;
@@ -27,9 +28,23 @@ pub(super) struct Gather {
     /// The stamp of the frame before, and the markers that came with it.
     last: Option<(Stamp, Vec<u32>)>,
     stamp: Stamp,
-    began_ns: Option<i64>,
+    /// When each marker came last, ns.
+    came_ns: Vec<(u32, i64)>,
     period_ns: f64,
     alone: bool,
+    /// Stamps do not tell instants apart.
+    never: bool,
+    damaged: Damaged,
+}
+
+/// Whether a message was damaged, of which nobody knows the stamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Damaged {
+    No,
+    /// It was of the newest stamp or is of the next one.
+    Came,
+    /// Of this one.
+    At(Stamp),
 }
 
 impl Gather {
@@ -40,9 +55,11 @@ impl Gather {
             open: None,
             last: None,
             stamp: Stamp::NONE,
-            began_ns: None,
+            came_ns: Vec::new(),
             period_ns: FIRST_NS as f64,
             alone: false,
+            never: false,
+            damaged: Damaged::No,
         }
     }
 
@@ -51,10 +68,22 @@ impl Gather {
         self.alone
     }
 
+    /// Stamps have shown that they do not tell instants apart: from now on each pose is a frame of its own.
+    pub(super) fn never_combine(&mut self) {
+        self.never = true;
+    }
+
+    /// A message came that cannot be read; the frame that it ends.
+    pub(super) fn damage(&mut self) -> Option<Frame> {
+        self.damaged = Damaged::Came;
+        self.close()
+    }
+
     /// One marker with its stamp, that arrived at `now_ns`; the frames that are whole then, in order.
     pub(super) fn add(&mut self, stamp: Stamp, seen: Seen, now_ns: i64) -> Vec<Frame> {
         let mut frames = Vec::new();
-        let is_in_it = self.open.is_some() && self.stamp == stamp && !self.holds(seen.marker);
+        self.measure(seen.marker, now_ns);
+        let is_in_it = !self.never && self.open.is_some() && self.stamp == stamp && !self.holds(seen.marker);
         if !is_in_it {
             frames.extend(self.close());
         }
@@ -65,14 +94,14 @@ impl Gather {
                 markers.push(seen.marker);
             }
             // One that was in the frame already says that the stamp stands still; another one came too late for it.
-            if !is_new || *last == Stamp::NONE {
+            if !is_new || *last == Stamp::NONE || self.never {
                 self.alone = true;
                 frames.push(frame(stamp, seen, now_ns));
             }
             return frames;
         }
-        if stamp == Stamp::NONE {
-            self.alone = true;
+        self.alone = stamp == Stamp::NONE || self.never;
+        if self.alone || self.is_damaged(stamp) {
             self.last = Some((stamp, vec![seen.marker]));
             frames.push(frame(stamp, seen, now_ns));
             return frames;
@@ -82,7 +111,10 @@ impl Gather {
                 open.seen.push(seen);
                 open.arrival_ns = now_ns;
             }
-            None => self.begin(stamp, seen, now_ns),
+            None => {
+                self.stamp = stamp;
+                self.open = Some(frame(stamp, seen, now_ns));
+            }
         }
         if self.wanted.iter().all(|marker| self.holds(*marker)) {
             frames.extend(self.close());
@@ -102,13 +134,26 @@ impl Gather {
             .for_each(|seen| seen.outcome = Err(Lost::Refused));
     }
 
-    fn begin(&mut self, stamp: Stamp, seen: Seen, now_ns: i64) {
-        if let Some(before_ns) = self.began_ns.replace(now_ns) {
-            let period_ns = now_ns.saturating_sub(before_ns).clamp(LEAST_NS, MOST_NS);
-            self.period_ns += WEIGHT * (period_ns as f64 - self.period_ns);
+    /// The time between two frames is that between two messages of one marker, whatever their stamps are.
+    fn measure(&mut self, marker: u32, now_ns: i64) {
+        match self.came_ns.iter_mut().find(|(other, _)| *other == marker) {
+            None => self.came_ns.push((marker, now_ns)),
+            Some((_, last_ns)) => {
+                let before_ns = std::mem::replace(last_ns, now_ns);
+                let period_ns = now_ns.saturating_sub(before_ns).clamp(LEAST_NS, MOST_NS);
+                self.period_ns += WEIGHT * (period_ns as f64 - self.period_ns);
+            }
         }
-        self.stamp = stamp;
-        self.open = Some(frame(stamp, seen, now_ns));
+    }
+
+    /// Whether a message of this stamp may have been damaged. With one marker it does not matter.
+    fn is_damaged(&mut self, stamp: Stamp) -> bool {
+        self.damaged = match self.damaged {
+            Damaged::Came => Damaged::At(stamp),
+            Damaged::At(other) if other != stamp => Damaged::No,
+            known => known,
+        };
+        self.damaged != Damaged::No && self.wanted.len() > 1
     }
 
     /// Ends what is being gathered.
@@ -208,6 +253,52 @@ mod tests {
             assert_eq!(combined, 0);
             assert!(frames.len() > 70 && gather.is_alone(), "{}", frames.len());
         }
+    }
+
+    /// Stamps of whole seconds: the tool of one instant and the patient of the next were one frame.
+    #[test]
+    fn nothing_is_combined_once_stamps_do_not_tell_instants_apart() {
+        let mut gather = Gather::new(vec![0, 1]);
+        gather.add(stamp(0), lost(0), 0);
+        gather.never_combine();
+        let frames: Vec<Frame> = [(0, 1), (1000, 0), (1000, 1), (2000, 1), (2000, 0)]
+            .into_iter()
+            .flat_map(|(ms, marker)| gather.add(stamp(ms), lost(marker), ms as i64 * MS))
+            .collect();
+        assert_eq!(of(frames), [[0], [1], [0], [1], [1], [0]]);
+        assert!(gather.is_alone());
+    }
+
+    /// Half of the time between two stamps was waited for, which was longer than that between two instants where stamps are coarse.
+    #[test]
+    fn the_time_between_frames_is_that_between_messages_of_one_marker() {
+        let mut gather = Gather::new(vec![0, 1]);
+        for k in 0..200 {
+            gather.add(stamp(k / 50 * 1000), lost(1), 20 * MS * k as i64);
+        }
+        gather.add(stamp(9000), lost(1), 4000 * MS);
+        assert_eq!(gather.due_ns(), Some(4010 * MS));
+    }
+
+    /// Two instants share a stamp, and of one the patient's message was damaged: the tool of it was combined with the patient of the next.
+    #[test]
+    fn a_damaged_message_combines_nothing_of_two_instants_that_share_a_stamp() {
+        let add = |gather: &mut Gather, ms: u64, marker| of(gather.add(stamp(ms), lost(marker), ms as i64 * MS));
+        let mut gather = Gather::new(vec![0, 1]);
+        assert_eq!(gather.damage(), None);
+        assert_eq!(add(&mut gather, 0, 0), [[0]]);
+        assert!(add(&mut gather, 0, 1).is_empty());
+        // The next stamp is whole again.
+        assert!(add(&mut gather, 20, 1).is_empty());
+        assert_eq!(add(&mut gather, 20, 0), [[1, 0]]);
+        // In the middle of a frame, which ends.
+        assert!(add(&mut gather, 40, 1).is_empty());
+        assert_eq!(of(gather.damage().into_iter().collect()), [[1]]);
+        assert_eq!(add(&mut gather, 40, 1), [[1]]);
+        assert!(add(&mut gather, 40, 0).is_empty());
+        assert_eq!(add(&mut gather, 60, 0), [[0]]);
+        assert!(add(&mut gather, 80, 0).is_empty());
+        assert_eq!(add(&mut gather, 80, 1), [[0, 1]]);
     }
 
     #[test]

@@ -3,6 +3,9 @@
 //! A message says size and grey values, its matrix how large pixels are where its sender has set it, and nothing says how rows and columns
 //! run, how deep the image goes or where its beams run: the scene does. An image that is not just what the scene says is none.
 
+use std::collections::VecDeque;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
 use bus::message::UsImageHeader;
 use igtl::{Image, Message, Scalar, Stamp};
 use scene::localizer::{ImagesSpec, ShownBeams};
@@ -14,6 +17,9 @@ use super::{names, stamp_ns};
 pub(super) const MOST_BYTES: u64 = (UsImageHeader::MOST_PIXELS as u64) + (128 << 10);
 /// Pixels of a message that differ by more than this share from the scene's were made at another depth.
 const OTHER_PIXELS: f64 = 0.02;
+
+/// An image is held against so many before it: what grabs a frozen screen may hand on its fields in turn.
+const HELD: usize = 8;
 
 /// Stamps that are not newer, but go on for so long, are of a clock that was set back: none of a picture that stands still, or came late, does, ns.
 const SET_BACK_NS: i64 = 2_000_000_000;
@@ -57,7 +63,7 @@ pub(super) enum ImageError {
     Shape(#[from] ShapeError),
     #[error("its stamp is that of the image before, or an earlier one: a frozen picture, or one that comes too late")]
     NotNewer,
-    #[error("it is the image before once more, byte for byte: is the scanner frozen?")]
+    #[error("it is one of the {HELD} images before once more, byte for byte: is the scanner frozen?")]
     Frozen,
 }
 
@@ -68,8 +74,8 @@ pub(super) struct Images {
     /// On the wire.
     name: Vec<u8>,
     order: Order,
-    /// The grey values of the last one; nothing before the first.
-    last: Vec<u8>,
+    /// The last ones, by what their grey values come to.
+    last: VecDeque<u64>,
 }
 
 /// The order of stamps.
@@ -107,7 +113,7 @@ impl Images {
             name: names::cut(&spec.name),
             spec: spec.clone(),
             order: Order::default(),
-            last: Vec::new(),
+            last: VecDeque::with_capacity(HELD + 1),
         }
     }
 
@@ -134,12 +140,14 @@ impl Images {
         }
         // One that stamps what it grabs of a frozen screen gives it a new one, but speckle and noise never come twice. Where all is of one
         // value, as of a probe in the air, there are none, and no bone.
-        let is_same = *image.voxels == self.last[..] && image.voxels.windows(2).any(|pair| pair[0] != pair[1]);
-        if is_same {
+        let grey = hash(&image.voxels);
+        if self.last.contains(&grey) && image.voxels.windows(2).any(|pair| pair[0] != pair[1]) {
             return Err(ImageError::Frozen);
         }
-        self.last.clear();
-        self.last.extend_from_slice(&image.voxels);
+        self.last.push_back(grey);
+        if self.last.len() > HELD {
+            self.last.pop_front();
+        }
         Ok(Picture {
             device_ns: stamp_ns(message.stamp),
             arrival_ns: now_ns,
@@ -199,6 +207,13 @@ impl Images {
             false => Ok(Some(expected)),
         }
     }
+}
+
+/// Two images of another picture come to one number once in 1.8e19.
+fn hash(grey: &[u8]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    grey.hash(&mut hasher);
+    hasher.finish()
 }
 
 fn beams_of(beams: ShownBeams) -> Beams {
@@ -329,6 +344,17 @@ mod tests {
         assert!(taken(&mut images, &numbered(201), at(0)).is_ok());
     }
 
+    /// A frozen screen that was grabbed as two fields in turn was a live image.
+    #[test]
+    fn pictures_that_come_in_turn_are_frozen() {
+        let at = |k: u64| Stamp::of_ns(1_790_000_000_000_000_000 + k * 40_000_000).unwrap();
+        for count in [1, 2, 3, 8] {
+            let mut images = Images::new(&spec());
+            let taken = (0..100).filter(|k| taken(&mut images, &numbered((k % count) as u8), at(*k)).is_ok());
+            assert_eq!(taken.count() as u64, count);
+        }
+    }
+
     /// A frozen screen that is grabbed again has a new stamp.
     #[test]
     fn an_image_that_is_the_one_before_byte_for_byte_is_frozen_unless_it_shows_nothing() {
@@ -340,12 +366,14 @@ mod tests {
         images.forget();
         assert_eq!(taken(&mut images, &numbered(0), at(2)), Err(ImageError::Frozen));
         assert!(taken(&mut images, &numbered(1), at(3)).is_ok());
-        assert!(taken(&mut images, &numbered(0), at(4)).is_ok());
+        assert_eq!(taken(&mut images, &numbered(0), at(4)), Err(ImageError::Frozen));
+        assert!((2..9).all(|k| taken(&mut images, &numbered(k), at(3 + u64::from(k))).is_ok()));
+        assert!(taken(&mut images, &numbered(0), at(12)).is_ok());
         let black = Image {
             voxels: Cow::Owned(vec![0; 32 * 40]),
             ..numbered(0)
         };
-        assert!((5..8).all(|k| taken(&mut images, &black, at(k)).is_ok()));
+        assert!((13..16).all(|k| taken(&mut images, &black, at(k)).is_ok()));
     }
 
     #[test]

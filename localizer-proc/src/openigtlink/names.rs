@@ -3,11 +3,11 @@
 //! A name on the wire has at most 20 bytes, and PLUS cuts longer ones there: so does the scene's name before it is compared.
 
 use bus::message::MarkerFrame;
-use igtl::{DeviceName, Metadata, ToolStatus};
+use igtl::DeviceName;
 use scene::tracking::PosedMarkers;
 
 /// Bytes of a name on the wire.
-const BYTES: usize = 20;
+pub(super) const BYTES: usize = 20;
 /// Names that nobody asked for are listed up to this number.
 const LISTED: usize = 8;
 
@@ -50,8 +50,10 @@ pub(super) struct Names {
     reference: Option<Vec<u8>>,
     /// As the scene has them.
     whole: Vec<String>,
-    /// Where the scene names no tool: the names that came, but the reference's.
+    /// Where the scene names no tool: the names that came on this connection and those before, but the reference's.
     only: Vec<DeviceName>,
+    /// How many of them came before this connection.
+    before: usize,
     unmapped: Vec<DeviceName>,
     /// There are more than [`LISTED`].
     has_more: bool,
@@ -74,6 +76,7 @@ impl Names {
             reference: reference.map(|name| cut(name)),
             whole: [tool, reference].into_iter().flatten().cloned().collect(),
             only: Vec::new(),
+            before: 0,
             unmapped: Vec::new(),
             has_more: false,
         })
@@ -85,11 +88,11 @@ impl Names {
         [MarkerFrame::TOOL].into_iter().chain(reference).collect()
     }
 
-    /// Another peer may use other names.
+    /// Another connection: its peer may use other names. What was the surgeon's tool stays it, as another instrument may be there now.
     pub(super) fn forget(&mut self) {
-        self.only.clear();
+        self.before = self.only.len();
         self.unmapped.clear();
-        self.has_more = false;
+        self.has_more &= self.tool.is_none();
     }
 
     /// What `name` is.
@@ -122,31 +125,9 @@ impl Names {
             .unwrap_or_else(|| name.to_string())
     }
 
-    /// What a TDATA or QTDATA says of the tool of this name, or the words that say that it may be of another one: PLUS cuts the names of
-    /// tools to 20 bytes and the keys of their status not, so that two tools, or another than the scene's, may have one name.
-    pub(super) fn status(&self, metadata: &Metadata, name: &DeviceName) -> Result<ToolStatus, String> {
-        let whole = self.whole(name);
-        let own = ToolStatus::of_tool(metadata, &whole);
-        if name.as_bytes().len() < BYTES {
-            return Ok(own);
-        }
-        let keys = metadata.entries().iter().map(|entry| entry.key.as_str());
-        let stems = keys.filter_map(|key| key.strip_suffix("Status"));
-        let is_other = |stem: &&str| stem.as_bytes().iter().take(BYTES).eq(name.as_bytes()) && **stem != whole;
-        let others: Vec<&str> = stems.filter(is_other).collect();
-        match (&own, others.as_slice()) {
-            (_, []) => Ok(own),
-            // A peer whose own name of the tool has these 20 bytes.
-            (ToolStatus::Absent, [only]) if only.as_bytes() == name.as_bytes() => {
-                Ok(ToolStatus::of_tool(metadata, only))
-            }
-            _ => {
-                let others = others.join(", ");
-                Err(format!(
-                    "the peer means {others}, which is {name} within {BYTES} bytes, or both"
-                ))
-            }
-        }
+    /// The scene's names.
+    pub(super) fn wholes(&self) -> impl Iterator<Item = &str> {
+        self.whole.iter().map(String::as_str)
     }
 
     fn unknown(&mut self, name: &DeviceName) -> Named {
@@ -163,19 +144,49 @@ impl Names {
         Named::Unknown(format!("the peer sends {name}, which the scene does not name"))
     }
 
-    /// Where the scene names no tool and the peer names several, in words.
-    pub(super) fn ambiguous(&self) -> Option<String> {
-        (self.only.len() > 1).then(|| {
-            let names = self.list(&self.only);
-            format!("the peer sends {names}: tracker.markers.marker must say which is the tool's")
-        })
+    /// Where the scene names no tool and the peer names several, now or over its connections: in words, and in a few of them.
+    pub(super) fn ambiguous(&self) -> Option<(String, String)> {
+        let (before, now) = self.only.split_at_checked(self.before)?;
+        let (sent, one_of) = (
+            self.list(&self.only),
+            "tracker.markers.marker must say which is the tool's",
+        );
+        let words = match (before, now) {
+            ([], [_, _, ..]) => format!("the peer sends {sent}: {one_of}"),
+            ([_, ..], [_, ..]) => {
+                let (before, now) = (self.list(before), self.list(now));
+                format!(
+                    "the tool was {before} on the connection before, and the peer sends {now}: none has a pose until the scene's \
+                     tracker.markers.marker says which is the tool's, or `pilot restart localizer` takes the only one that comes then"
+                )
+            }
+            ([_, _, ..], []) => format!(
+                "the peer sent {sent} before: {one_of}, or `pilot restart localizer` takes the only one that comes then"
+            ),
+            _ => return None,
+        };
+        let few = match (before, now) {
+            ([_, ..], [new, ..]) => format!("{new} is not {}", self.list(before)),
+            _ => format!("which is the tool: {sent}?"),
+        };
+        Some((words, few))
     }
 
-    /// Names that come and that the scene does not name, for the status.
+    /// The name that the surgeon's tool has where the scene names none, for the status.
+    pub(super) fn used(&self) -> String {
+        match self.only.as_slice() {
+            [name] => format!(", tool {name}"),
+            _ => String::new(),
+        }
+    }
+
+    /// Names that come and that the scene does not name, for the status; how many, where it is more than one.
     pub(super) fn unmapped(&self) -> String {
+        let more = if self.has_more { " or more" } else { "" };
         match self.unmapped.as_slice() {
             [] => String::new(),
-            names => format!(", not in the scene: {}", self.list(names)),
+            [name] => format!("not in the scene: {name}"),
+            names => format!("{}{more} not in the scene: {}", names.len(), self.list(names)),
         }
     }
 
@@ -220,7 +231,7 @@ mod tests {
         let told = "the peer sends stylustotracker, which the scene does not name".to_owned();
         assert_eq!(names.find(&name("stylustotracker")), Named::Unknown(told));
         assert_eq!(names.find(&name("stylustotracker")), Named::Known);
-        assert_eq!(names.unmapped(), ", not in the scene: stylustotracker");
+        assert_eq!(names.unmapped(), "not in the scene: stylustotracker");
         names.forget();
         assert_eq!(names.unmapped(), "");
         let same = markers(Some("StylusToTrackerOfTheRoom"), Some("StylusToTrackerOfTheHall"));
@@ -236,6 +247,7 @@ mod tests {
         let told = many.iter().filter(|name| matches!(names.find(name), Named::Unknown(_)));
         assert_eq!(told.count(), LISTED + 1);
         let status = names.unmapped();
+        assert!(status.starts_with("8 or more not in the scene: N0, "), "{status}");
         assert!(status.ends_with("N6, N7 and others"), "{status}");
         names.forget();
         assert!(matches!(names.find(&many[11]), Named::Unknown(_)));
@@ -246,7 +258,7 @@ mod tests {
         assert!(
             unnamed
                 .ambiguous()
-                .is_some_and(|words| words.contains("N7 and others:"))
+                .is_some_and(|(words, _)| words.contains("N7 and others:"))
         );
     }
 
@@ -257,9 +269,40 @@ mod tests {
             assert_eq!(names.find(&name("R")), Named::Marker(1));
             assert_eq!(names.find(&name("A")), Named::Marker(0));
         }
-        assert_eq!(names.ambiguous(), None);
+        assert_eq!((names.ambiguous(), names.used()), (None, ", tool A".to_owned()));
         names.find(&name("B"));
         let words = "the peer sends A, B: tracker.markers.marker must say which is the tool's";
-        assert_eq!(names.ambiguous().as_deref(), Some(words));
+        let few = "which is the tool: A, B?";
+        assert_eq!(names.ambiguous(), Some((words.to_owned(), few.to_owned())));
+        assert_eq!(names.used(), "");
+        // Which of them it was stays unknown on the next connection.
+        names.forget();
+        names.find(&name("A"));
+        let (words, _) = names.ambiguous().unwrap();
+        assert!(
+            words.starts_with("the peer sent A, B before: ") && words.contains("`pilot restart localizer`"),
+            "{words}"
+        );
+    }
+
+    /// The drill that was there after a connection had broken was the pointer that was there before, without a word.
+    #[test]
+    fn another_name_on_the_next_connection_is_not_the_tool_of_the_one_before() {
+        let mut names = Names::new(&markers(None, None)).unwrap();
+        names.find(&name("Pointer"));
+        names.forget();
+        names.find(&name("Pointer"));
+        assert_eq!((names.ambiguous(), names.used()), (None, ", tool Pointer".to_owned()));
+        names.forget();
+        assert_eq!(names.find(&name("Drill")), Named::Marker(MarkerFrame::TOOL));
+        let (words, few) = names.ambiguous().unwrap();
+        assert!(
+            words.starts_with(
+                "the tool was Pointer on the connection before, and the peer sends Drill: none has a pose until"
+            ),
+            "{words}"
+        );
+        assert!(words.contains("`pilot restart localizer`"), "{words}");
+        assert_eq!(few, "Drill is not Pointer");
     }
 }

@@ -39,9 +39,9 @@ pub(super) enum PoseError {
     /// Not all six degrees of freedom are measured.
     #[error("a tool of kind {0}, of which not all six degrees of freedom are measured")]
     Kind(&'static str),
-    /// Whose pose it is cannot be known.
+    /// What is stated of it cannot be known.
     #[error("{0}")]
-    Whose(String),
+    Unclear(String),
     /// Numbers that are not finite: igtl lets none through.
     #[error("numbers that are no rigid transform")]
     NotRigid,

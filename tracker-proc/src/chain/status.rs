@@ -17,8 +17,10 @@ pub enum Status {
     NotSeen,
     /// Fewer emitters of the tool are seen than a pose may rest on.
     TooFew,
-    /// The emitters do not fit the tool's marker.
+    /// The emitters do not fit the tool's marker, or its error of fit is too large.
     Residual,
+    /// What the localizer says of the tool's marker is no pose, or not to be believed.
+    Refused,
     /// The emitters seen do not hold the tip.
     Geometry,
     /// The localizer says that the tool's marker is outside the space in which it measures.
@@ -54,14 +56,15 @@ pub enum Event {
 
 use Status::{
     Disconnected, Geometry, Interference, NotCalibrated, NotRegistered, NotSeen, OutOfVolume, Outside, ReferenceLost,
-    Residual, Stale, TooFew, Tracking,
+    Refused, Residual, Stale, TooFew, Tracking,
 };
 
 /// What a frame may lead to.
-const OUTCOMES: [Status; 10] = [
+const OUTCOMES: [Status; 11] = [
     NotSeen,
     TooFew,
     Residual,
+    Refused,
     Geometry,
     OutOfVolume,
     Interference,
@@ -71,11 +74,12 @@ const OUTCOMES: [Status; 10] = [
     Tracking,
 ];
 /// States in which frames count.
-const LIVE: [Status; 11] = [
+const LIVE: [Status; 12] = [
     Stale,
     NotSeen,
     TooFew,
     Residual,
+    Refused,
     Geometry,
     OutOfVolume,
     Interference,
@@ -87,13 +91,14 @@ const LIVE: [Status; 11] = [
 
 impl Status {
     /// Every state.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         NotCalibrated,
         NotRegistered,
         Stale,
         NotSeen,
         TooFew,
         Residual,
+        Refused,
         Geometry,
         OutOfVolume,
         Interference,
@@ -114,7 +119,8 @@ impl Status {
             Stale => "localizer silent",
             NotSeen => "marker not seen",
             TooFew => "too few emitters",
-            Residual => "emitters do not fit",
+            Residual => Lost::Residual.words(),
+            Refused => Lost::Refused.words(),
             Geometry => "emitters do not hold the tip",
             OutOfVolume => Lost::OutOfVolume.words(),
             Interference => Lost::Interference.words(),
@@ -172,7 +178,7 @@ impl Event {
 }
 
 /// The machine as a graph in the DOT language (`dot -Tsvg`): boxes publish a pose, ellipses a reason. Live states lead to one
-/// another by their frames, which is drawn once, through a point, and not 110 times.
+/// another by their frames, which is drawn once, through a point, and not 132 times.
 pub fn diagram() -> String {
     let mut text = "digraph tracker {\n    rankdir=LR;\n    frame [shape=point, xlabel=\"each frame\"];\n".to_owned();
     for (i, status) in Status::ALL.iter().enumerate() {

@@ -89,7 +89,7 @@ impl Heartbeat {
             counters,
             painted_code: 0,
             t_painted_ns: 0,
-            note: text_field(note),
+            note: marked(note),
         }
     }
 
@@ -118,6 +118,16 @@ impl Heartbeat {
     }
 }
 
+/// A note whose end is a mark where there is no room for all of it: what is cut off must not look as if it had not been said.
+fn marked<const N: usize>(note: &str) -> [u8; N] {
+    const MARK: &str = "…";
+    if note.len() <= N {
+        return text_field(note);
+    }
+    let end = note.floor_char_boundary(N.saturating_sub(MARK.len()));
+    text_field(&format!("{}{MARK}", &note[..end]))
+}
+
 /// By how much a localizer that notes this says that its poses may be older than they look, ms.
 pub fn may_be_older_ms(note: &str) -> Option<u64> {
     // Behind them a note may have words of the device.
@@ -139,6 +149,16 @@ mod tests {
         ] {
             assert_eq!(may_be_older_ms(&note), None, "{note}");
         }
+    }
+
+    /// Of a list of names the last ones were missing, as if there were no more.
+    #[test]
+    fn a_note_that_is_cut_says_so() {
+        let text = |note: &str| Heartbeat::new(ProcessState::Ready, 0, Counters::default(), note).note_text();
+        assert_eq!(text(&"a".repeat(96)), "a".repeat(96));
+        assert_eq!(text(&"a".repeat(97)), "a".repeat(93) + "…");
+        // 93 is in the middle of a letter.
+        assert_eq!(text(&"é".repeat(49)), "é".repeat(46) + "…");
     }
 
     #[test]

@@ -26,8 +26,8 @@ pub struct Client {
     fell_back: bool,
     /// A whole message has come on this connection.
     heard: bool,
-    /// One of version 2 has.
-    heard_two: bool,
+    /// One of version 2 has come, on this connection or one before: what is silent after that is silent for another reason.
+    reads_two: bool,
     connected_ns: i64,
     beat_ns: i64,
     awaited: Vec<Awaited>,
@@ -47,7 +47,7 @@ impl Client {
             version: Version::One,
             fell_back: false,
             heard: false,
-            heard_two: false,
+            reads_two: false,
             connected_ns: 0,
             beat_ns: 0,
             awaited: Vec::new(),
@@ -77,7 +77,7 @@ impl Client {
             Event::Received(message) => self.received(message, &mut actions),
             Event::Refused(_) => {}
             Event::Tick { .. } => self.tick(now_ns, &mut actions),
-            Event::Closed => actions.extend(self.closed()),
+            Event::Closed => actions.extend(self.closed(now_ns)),
         }
         actions
     }
@@ -85,10 +85,10 @@ impl Client {
     fn connected(&mut self, now_ns: i64) -> Vec<Action> {
         self.version = match self.rules.speaks {
             Speaks::Two => Version::Two,
-            Speaks::Auto if !self.fell_back => Version::Two,
+            Speaks::Auto if self.reads_two || !self.fell_back => Version::Two,
             Speaks::One | Speaks::Follow | Speaks::Auto => Version::One,
         };
-        (self.heard, self.heard_two) = (false, false);
+        self.heard = false;
         (self.connected_ns, self.beat_ns) = (now_ns, now_ns);
         self.awaited.clear();
         let asks = self.rules.asks.clone();
@@ -119,16 +119,18 @@ impl Client {
     }
 
     /// What a connection that is over says of the version that its server reads. One that sends version 1 unasked may
-    /// have spoken before it fell silent at our version 2; with version 1 nothing is lost of what it says.
-    fn closed(&mut self) -> Option<Action> {
+    /// have spoken before it fell silent at our version 2; with version 1 nothing is lost of what it says. One that was
+    /// over at once says nothing: a server that is starting ends it too, and states no status to who speaks version 1.
+    fn closed(&mut self, now_ns: i64) -> Option<Action> {
         self.awaited.clear();
-        if self.rules.speaks != Speaks::Auto {
+        if self.rules.speaks != Speaks::Auto || self.reads_two {
             return None;
         }
+        let is_long = now_ns.saturating_sub(self.connected_ns) >= self.rules.auto_ns;
         match self.version {
-            Version::Two if !self.heard_two && !self.fell_back => {
+            Version::Two if is_long && !self.fell_back => {
                 self.fell_back = true;
-                Some(Action::Tell(Notice::FellBack))
+                Some(Action::Tell(Notice::NoneOfTwo))
             }
             // Neither version was answered: the server was not there at all, and may read version 2 when it is.
             Version::One if !self.heard => {
@@ -140,7 +142,8 @@ impl Client {
     }
 
     fn fallen_back(&mut self, now_ns: i64) -> Option<Vec<Action>> {
-        let waits = self.rules.speaks == Speaks::Auto && self.version == Version::Two && !self.heard;
+        let may_read_one = self.rules.speaks == Speaks::Auto && !self.reads_two;
+        let waits = may_read_one && self.version == Version::Two && !self.heard;
         let ns = self.rules.auto_ns;
         if !waits || now_ns.saturating_sub(self.connected_ns) <= ns {
             return None;
@@ -154,7 +157,7 @@ impl Client {
 
     fn received(&mut self, message: &Message<'_>, actions: &mut Vec<Action>) {
         self.heard = true;
-        self.heard_two |= message.version == Version::Two;
+        self.reads_two |= message.version == Version::Two;
         let rises = self.rules.speaks == Speaks::Follow && self.version == Version::One;
         if rises && message.version == Version::Two {
             self.version = Version::Two;

@@ -17,9 +17,9 @@ pub enum Speaks {
     One,
     /// 1 until the server speaks 2.
     Follow,
-    /// 2 at first. Where no message comes in time, or the connection ends before one of version 2 came, 1 at the next
-    /// connection, and from then on if anything comes; else 2 again. Not for servers where a person confirms every
-    /// connection.
+    /// 2 at first, and for ever once a message of version 2 has come. Where no message comes in time, or a connection that lasted for
+    /// that time ends before one of version 2 came, 1 at the next connection, and from then on if anything comes; else 2 again. Not for
+    /// servers where a person confirms every connection, nor for those that end a connection at once when they are sent version 2.
     Auto,
 }
 
@@ -51,7 +51,8 @@ pub struct ClientRules {
     pub stuck_ns: i64,
     /// It closes where a message that takes longer comes at less than this rate, bytes per second.
     pub least_rate: u64,
-    /// With [`Speaks::Auto`]: how long a server that was sent version 2 may be silent, ns.
+    /// With [`Speaks::Auto`]: how long a server that was sent version 2 may be silent, and how long a connection lasts that shows its
+    /// version by its end, ns.
     pub auto_ns: i64,
 }
 

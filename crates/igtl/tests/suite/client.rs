@@ -173,7 +173,7 @@ fn a_server_that_spoke_one_before_it_fell_silent_is_sent_one_too() {
     let ns = 3 * SECOND + 1;
     assert_eq!(tick(&mut client, MS + ns), [Action::Close(Reason::Silent { ns })]);
     let told = told(&client.step(Event::Closed, 4 * SECOND));
-    assert_eq!(told, [Notice::FellBack]);
+    assert_eq!(told, [Notice::NoneOfTwo]);
     client.step(Event::Connected, 5 * SECOND);
     assert_eq!(client.version(), Version::One);
 }
@@ -183,25 +183,56 @@ fn a_server_that_answers_neither_version_is_tried_with_both_again() {
     let mut client = Client::new(rules(Speaks::Auto));
     let mut versions = Vec::new();
     for connection in 0..4 {
-        client.step(Event::Connected, connection * SECOND);
+        client.step(Event::Connected, connection * 2 * SECOND);
         versions.push(client.version());
-        let told = told(&client.step(Event::Closed, connection * SECOND + MS));
-        assert_eq!(told.contains(&Notice::FellBack), client.version() == Version::Two);
+        let told = told(&client.step(Event::Closed, connection * 2 * SECOND + SECOND));
+        assert_eq!(told.contains(&Notice::NoneOfTwo), client.version() == Version::Two);
     }
     assert_eq!(versions, [Version::Two, Version::One, Version::Two, Version::One]);
     // One that answers version 1 is sent it for ever.
     for connection in 5..8 {
-        client.step(Event::Connected, connection * SECOND);
+        client.step(Event::Connected, connection * 2 * SECOND);
         if client.version() == Version::One {
-            client.step(Event::Received(&answer(Kind::Tdata, 0)), connection * SECOND);
+            client.step(Event::Received(&answer(Kind::Tdata, 0)), connection * 2 * SECOND);
         }
-        client.step(Event::Closed, connection * SECOND + MS);
+        client.step(Event::Closed, connection * 2 * SECOND + SECOND);
     }
-    for connection in 8..12 {
+    for connection in 16..20 {
         client.step(Event::Connected, connection * SECOND);
         assert_eq!(client.version(), Version::One);
         client.step(Event::Received(&answer(Kind::Tdata, 0)), connection * SECOND);
         client.step(Event::Closed, connection * SECOND + MS);
+    }
+}
+
+/// A peer that was starting took one connection and ended it at once. From then on it was sent version 1, and stated no status any more.
+#[test]
+fn one_connection_that_ended_at_once_did_not_make_a_peer_one_of_version_1() {
+    let mut client = Client::new(rules(Speaks::Auto));
+    for connection in 0..5 {
+        client.step(Event::Connected, connection * SECOND);
+        assert_eq!(client.version(), Version::Two);
+        assert_eq!(told(&client.step(Event::Closed, connection * SECOND + MS)), []);
+    }
+}
+
+/// A peer that had spoken version 2 was sent version 1 once it was silent at the beginning of a connection, or ended it.
+#[test]
+fn who_has_spoken_version_2_was_never_sent_version_1_again() {
+    let mut client = Client::new(rules(Speaks::Auto));
+    client.step(Event::Connected, 0);
+    client.step(Event::Received(&transform().in_version(Version::Two)), MS);
+    client.step(Event::Closed, 2 * SECOND);
+    for connection in 1..4 {
+        let began = connection * 10 * SECOND;
+        client.step(Event::Connected, began);
+        assert_eq!(client.version(), Version::Two);
+        let actions = tick(&mut client, began + 2 * SECOND);
+        assert!(!actions.iter().any(|action| matches!(action, Action::Close(_))));
+        let ns = 3 * SECOND + 1;
+        let silent = Action::Close(Reason::Silent { ns });
+        assert_eq!(tick(&mut client, began + ns), [silent]);
+        assert_eq!(told(&client.step(Event::Closed, began + ns)), []);
     }
 }
 

@@ -68,7 +68,7 @@ struct Said {
     words: Vec<bool>,
     /// The tool's turn is measured.
     is_whole: bool,
-    /// The connection, and the scene's rule.
+    /// No word was said of it before, and the scene's rule.
     may_be_silent: bool,
 }
 
@@ -91,7 +91,7 @@ struct Sequence<'a> {
     /// The scene's tool, and its name on the wire.
     tool: [&'static str; 2],
     sent: Sent,
-    /// Markers of which this connection has said a word.
+    /// Markers of which a word was said, on whatever connection.
     stated: Vec<u32>,
     /// The message that is being made is damaged on the way.
     is_damaged: bool,
@@ -163,8 +163,6 @@ impl<'a> Sequence<'a> {
         if acts.iter().any(|act| matches!(act, Act::Close(_))) {
             self.client.closed(self.now_ns);
             self.client.connected(self.now_ns);
-            // Another peer may be there: what this one has said is its own.
-            self.stated.clear();
         }
         for frame in frames(acts) {
             for (marker, place) in seen(&frame) {
