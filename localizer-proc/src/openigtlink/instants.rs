@@ -56,7 +56,13 @@ impl Instants {
     }
 
     /// What counts of a marker of which a message of this kind and stamp says `outcome`, and whether its peer contradicts itself in that.
-    pub(super) fn judge(&mut self, said: (Stamp, TypeName), marker: u32, outcome: Outcome, now_ns: i64) -> (Outcome, bool) {
+    pub(super) fn judge(
+        &mut self,
+        said: (Stamp, TypeName),
+        marker: u32,
+        outcome: Outcome,
+        now_ns: i64,
+    ) -> (Outcome, bool) {
         let of = match self.markers.iter().position(|of| of.marker == marker) {
             Some(place) => &mut self.markers[place],
             None => {
@@ -150,7 +156,10 @@ mod tests {
 
     fn at(x: f64) -> Outcome {
         let place = Vector::new(x, 0.0, -1500.0);
-        Ok((Tool::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), place).unwrap(), 0.0))
+        Ok((
+            Tool::from_rotation_vector(Vector::new(0.0, 0.0, 0.0), place).unwrap(),
+            0.0,
+        ))
     }
 
     /// A tool of which one message said OK and the next, under the same stamp, MISSING, was LIVE and LOST in turn.
@@ -184,7 +193,10 @@ mod tests {
         // Of the other marker nothing was said, nor is anything of what has no stamp.
         assert_eq!(instants.judge(said(0, "TRANSFORM"), 1, at(1.0), MS), (at(1.0), false));
         let none = (Stamp::NONE, said(0, "TDATA").1);
-        assert_eq!(instants.judge(none, 1, Err(Lost::NotSeen), MS), (Err(Lost::NotSeen), false));
+        assert_eq!(
+            instants.judge(none, 1, Err(Lost::NotSeen), MS),
+            (Err(Lost::NotSeen), false)
+        );
         assert_eq!(instants.judge(none, 1, at(2.0), MS), (at(2.0), false));
     }
 
@@ -193,7 +205,11 @@ mod tests {
         let mut instants = Instants::default();
         let mut good = 0;
         for k in 0..100 {
-            let outcome = if k % 10 == 0 { Err(Lost::NotSeen) } else { at(f64::from(k)) };
+            let outcome = if k % 10 == 0 {
+                Err(Lost::NotSeen)
+            } else {
+                at(f64::from(k))
+            };
             let (found, _) = instants.judge(said(7, "TRANSFORM"), 0, outcome, 16 * MS * i64::from(k));
             good += u32::from(found.is_ok());
         }
@@ -201,7 +217,7 @@ mod tests {
         assert_eq!((good, instants.stand_still()), (89, true));
         // The same in another kind of message is the same instant.
         let mut twice = Instants::default();
-        for k in 0..100 {
+        for k in 0..100_u32 {
             for kind in ["TRANSFORM", "QTDATA"] {
                 let x = f64::from(k) + if kind == "QTDATA" { 1e-7 } else { 0.0 };
                 assert!(twice.judge(said(k.into(), kind), 0, at(x), 0).0.is_ok());

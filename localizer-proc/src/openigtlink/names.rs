@@ -147,7 +147,10 @@ impl Names {
     /// Where the scene names no tool and the peer names several, now or over its connections: in words, and in a few of them.
     pub(super) fn ambiguous(&self) -> Option<(String, String)> {
         let (before, now) = self.only.split_at_checked(self.before)?;
-        let (sent, one_of) = (self.list(&self.only), "tracker.markers.marker must say which is the tool's");
+        let (sent, one_of) = (
+            self.list(&self.only),
+            "tracker.markers.marker must say which is the tool's",
+        );
         let words = match (before, now) {
             ([], [_, _, ..]) => format!("the peer sends {sent}: {one_of}"),
             ([_, ..], [_, ..]) => {
@@ -157,7 +160,9 @@ impl Names {
                      tracker.markers.marker says which is the tool's, or `pilot restart localizer` takes the only one that comes then"
                 )
             }
-            ([_, _, ..], []) => format!("the peer sent {sent} before: {one_of}, or `pilot restart localizer` takes the only one that comes then"),
+            ([_, _, ..], []) => format!(
+                "the peer sent {sent} before: {one_of}, or `pilot restart localizer` takes the only one that comes then"
+            ),
             _ => return None,
         };
         let few = match (before, now) {
@@ -274,7 +279,10 @@ mod tests {
         names.forget();
         names.find(&name("A"));
         let (words, _) = names.ambiguous().unwrap();
-        assert!(words.starts_with("the peer sent A, B before: ") && words.contains("`pilot restart localizer`"), "{words}");
+        assert!(
+            words.starts_with("the peer sent A, B before: ") && words.contains("`pilot restart localizer`"),
+            "{words}"
+        );
     }
 
     /// The drill that was there after a connection had broken was the pointer that was there before, without a word.
@@ -289,7 +297,9 @@ mod tests {
         assert_eq!(names.find(&name("Drill")), Named::Marker(MarkerFrame::TOOL));
         let (words, few) = names.ambiguous().unwrap();
         assert!(
-            words.starts_with("the tool was Pointer on the connection before, and the peer sends Drill: none has a pose until"),
+            words.starts_with(
+                "the tool was Pointer on the connection before, and the peer sends Drill: none has a pose until"
+            ),
             "{words}"
         );
         assert!(words.contains("`pilot restart localizer`"), "{words}");

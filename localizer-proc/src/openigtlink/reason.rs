@@ -18,7 +18,10 @@ impl Reason {
     /// It in words, where it is new enough to be so still; else nothing.
     pub(super) fn words(&self, now_ns: i64) -> &str {
         let is_new = |at_ns: i64| now_ns.saturating_sub(at_ns) <= SAID_NS;
-        self.0.as_ref().filter(|(_, at_ns)| is_new(*at_ns)).map_or("", |(words, _)| words)
+        self.0
+            .as_ref()
+            .filter(|(_, at_ns)| is_new(*at_ns))
+            .map_or("", |(words, _)| words)
     }
 }
 

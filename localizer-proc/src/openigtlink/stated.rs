@@ -14,7 +14,9 @@ const STATUS: &str = "Status";
 /// # Errors
 /// Words that say which key is not understood.
 pub(super) fn of_transform(metadata: &Metadata) -> Result<ToolStatus, String> {
-    understood(metadata, TRANSFORM_STATUS, ToolStatus::of_transform(metadata), |_| false)
+    understood(metadata, TRANSFORM_STATUS, ToolStatus::of_transform(metadata), |_| {
+        false
+    })
 }
 
 /// Of the tool of this name of a TDATA or QTDATA, which has these `tools`. PLUS cuts the names of tools to 20 bytes and the keys of their
@@ -112,9 +114,18 @@ mod tests {
     /// `transformStatus = MISSING` counted as no status at all: a valid pose, where the scene says that an absent one is.
     #[test]
     fn a_status_under_a_key_that_is_nearly_right_is_not_none() {
-        for key in ["transformStatus", "TransformStatus ", "Status", "TRANSFORM_STATUS", "tool status"] {
+        for key in [
+            "transformStatus",
+            "TransformStatus ",
+            "Status",
+            "TRANSFORM_STATUS",
+            "tool status",
+        ] {
             let words = of_transform(&metadata(&[(key, "MISSING")])).unwrap_err();
-            assert!(words.contains(&format!("{key:?} states")) && words.contains("TransformStatus"), "{words}");
+            assert!(
+                words.contains(&format!("{key:?} states")) && words.contains("TransformStatus"),
+                "{words}"
+            );
         }
         let other = metadata(&[("TransformStatus", "OK"), ("ScannerStatus", "COLD")]);
         assert_eq!(of_transform(&other), Ok(ToolStatus::Ok));
@@ -146,7 +157,10 @@ mod tests {
         ] {
             assert_eq!(found(entries), Ok(ToolStatus::Absent), "{entries:?}");
         }
-        assert_eq!(found(&[("ToolStatus", "OK"), ("HallStatus", "MISSING")]), Ok(ToolStatus::Ok));
+        assert_eq!(
+            found(&[("ToolStatus", "OK"), ("HallStatus", "MISSING")]),
+            Ok(ToolStatus::Ok)
+        );
         assert!(found(&[("ToolStatus", "OK"), ("toolStatus", "MISSING")]).is_err());
     }
 }

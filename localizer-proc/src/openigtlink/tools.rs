@@ -60,7 +60,7 @@ impl OpenIgtLink {
         }
         for marker in self.names.markers() {
             if self.instants.know(marker) && !all.iter().any(|seen| seen.marker == marker) {
-                self.instants.judge(said, marker, Err(Lost::NotSeen), self.now_ns);
+                let _ = self.instants.judge(said, marker, Err(Lost::NotSeen), self.now_ns);
             }
         }
         acts.push(Act::Frame(Frame {
@@ -134,7 +134,9 @@ impl OpenIgtLink {
             Err(words) => return Err(self.refuse(name, &PoseError::Unclear(words), acts)),
         };
         if let Err((status, lost, words)) = stated {
-            let few = status.word().map_or("has no status".to_owned(), |word| format!("states {word:?}"));
+            let few = status
+                .word()
+                .map_or("has no status".to_owned(), |word| format!("states {word:?}"));
             if matches!(lost, Lost::Refused | Lost::Disconnected) {
                 self.reason.came(&format!("{name} {few}"), self.now_ns);
             }

@@ -101,7 +101,10 @@ fn who_has_stated_a_status_is_not_believed_without_one() {
     client.closed(200 * MS);
     client.connected(200 * MS);
     let acts = client.bytes(&transform("StylusToTracker", 300 * MS, 7.0, None), 300 * MS);
-    assert!(words(&acts)[0].contains("has stated one of this tool before"), "{acts:?}");
+    assert!(
+        words(&acts)[0].contains("has stated one of this tool before"),
+        "{acts:?}"
+    );
     assert_eq!(client.wrong(), "StylusToTracker has no status any more");
     assert_eq!(seen(&frames(acts)[0]), [(0, Err(Lost::Refused))]);
 }
@@ -133,12 +136,24 @@ fn another_tool_after_a_connection_has_no_pose_where_the_scene_names_none() {
     let mut unnamed = markers();
     (unnamed.marker, unnamed.reference) = (None, None);
     let mut client = OpenIgtLink::new(&spec(StatusRule::Required), &unnamed).unwrap();
-    for (k, (name, expected)) in [("Pointer", Ok(7.0)), ("Pointer", Ok(7.0)), ("Drill", Err(Lost::Refused))].iter().enumerate() {
+    for (k, (name, expected)) in [
+        ("Pointer", Ok(7.0)),
+        ("Pointer", Ok(7.0)),
+        ("Drill", Err(Lost::Refused)),
+    ]
+    .iter()
+    .enumerate()
+    {
         let now_ns = 20 * MS * k as i64;
         client.connected(now_ns);
         let acts = client.bytes(&transform(name, now_ns, 7.0, Some("OK")), now_ns);
         assert_eq!(seen(&frames(acts)[0]), [(0, *expected)]);
-        assert_eq!(client.words().contains("version 2, tool Pointer"), expected.is_ok(), "{}", client.words());
+        assert_eq!(
+            client.words().contains("version 2, tool Pointer"),
+            expected.is_ok(),
+            "{}",
+            client.words()
+        );
         client.closed(now_ns);
     }
     assert_eq!(client.wrong(), "Drill is not Pointer");
@@ -158,7 +173,11 @@ fn tool_and_patient_of_two_instants_are_not_combined_where_stamps_are_coarse() {
         combined += frames(acts).iter().filter(|frame| frame.seen.len() > 1).count();
     }
     assert_eq!(combined, 0);
-    assert_eq!(told.iter().filter(|words| words.contains("are not combined")).count(), 1, "{told:?}");
+    assert_eq!(
+        told.iter().filter(|words| words.contains("are not combined")).count(),
+        1,
+        "{told:?}"
+    );
     assert_eq!(client.wrong(), "stamps do not tell instants apart");
 }
 
@@ -169,14 +188,18 @@ fn a_tool_that_is_seen_by_one_kind_of_message_and_lost_by_another_is_lost() {
     let (mut told, mut good) = (Vec::new(), 0);
     for k in 0..100_i64 {
         let now_ns = 16 * MS * k;
-        let mut list = Message::new(DeviceName::EMPTY, Body::Tdata(vec![tool("StylusToTracker", 7.0)])).in_version(Version::Two);
+        let mut list =
+            Message::new(DeviceName::EMPTY, Body::Tdata(vec![tool("StylusToTracker", 7.0)])).in_version(Version::Two);
         list.stamp = stamp(now_ns);
         let (bytes, encoding) = (b"MISSING".to_vec(), US_ASCII);
         list.metadata = list.metadata.with("StylusToTrackerStatus", Text { encoding, bytes });
         let mut acts = client.bytes(&transform("StylusToTracker", now_ns, 7.0, Some("OK")), now_ns);
         acts.extend(client.bytes(&list.to_vec().unwrap(), now_ns + MS));
         told.extend(words(&acts).into_iter().map(str::to_owned));
-        good += frames(acts).iter().filter(|frame| frame.seen[0].outcome.is_ok()).count();
+        good += frames(acts)
+            .iter()
+            .filter(|frame| frame.seen[0].outcome.is_ok())
+            .count();
     }
     assert_eq!(good, 1);
     assert_eq!(told.len(), 1, "{told:?}");
@@ -191,7 +214,10 @@ fn the_newest_reason_of_a_refusal_is_what_is_wrong_while_it_is_so() {
     assert_eq!(client.wrong(), "");
     client.bytes(&transform("Tool", 0, 7.0, Some("OK")), 0);
     client.bytes(&transform("Bone", 0, 7.0, Some("OK")), 0);
-    assert_eq!((client.wrong(), client.words()), ("2 not in the scene: Tool, Bone".to_owned(), "version 2".to_owned()));
+    assert_eq!(
+        (client.wrong(), client.words()),
+        ("2 not in the scene: Tool, Bone".to_owned(), "version 2".to_owned())
+    );
     for (k, status, expected) in [
         (1, None, "StylusToTracker has no status"),
         (2, Some("INVALID"), "StylusToTracker states \"INVALID\""),
@@ -201,15 +227,27 @@ fn the_newest_reason_of_a_refusal_is_what_is_wrong_while_it_is_so() {
         assert_eq!(client.wrong(), expected);
     }
     client.tick(2100 * MS);
-    assert_eq!((client.wrong(), client.words()), (String::new(), "version 2, 2 not in the scene: Tool, Bone".to_owned()));
+    assert_eq!(
+        (client.wrong(), client.words()),
+        (String::new(), "version 2, 2 not in the scene: Tool, Bone".to_owned())
+    );
 }
 
 /// `transformStatus = MISSING` was no status at all, and valid where the scene says that an absent one is.
 #[test]
 fn a_status_under_a_key_that_is_nearly_right_is_no_good_pose() {
     let mut client = alone("StylusToTracker", StatusRule::AbsentMeansValid);
-    let acts = client.bytes(&tdata(vec![tool("StylusToTracker", 7.0)], &[("stylusToTrackerStatus", "MISSING")]), 0);
-    assert!(words(&acts)[0].contains(""stylusToTrackerStatus" states what cannot be read"), "{acts:?}");
+    let acts = client.bytes(
+        &tdata(
+            vec![tool("StylusToTracker", 7.0)],
+            &[("stylusToTrackerStatus", "MISSING")],
+        ),
+        0,
+    );
+    assert!(
+        words(&acts)[0].contains("\"stylusToTrackerStatus\" states what cannot be read"),
+        "{acts:?}"
+    );
     assert_eq!(seen(&frames(acts)[0]), [(0, Err(Lost::Refused))]);
 }
 
