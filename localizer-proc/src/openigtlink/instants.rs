@@ -217,7 +217,7 @@ mod tests {
         assert_eq!((good, instants.stand_still()), (89, true));
         // The same in another kind of message is the same instant.
         let mut twice = Instants::default();
-        for k in 0..100 {
+        for k in 0..100_u32 {
             for kind in ["TRANSFORM", "QTDATA"] {
                 let x = f64::from(k) + if kind == "QTDATA" { 1e-7 } else { 0.0 };
                 assert!(twice.judge(said(k.into(), kind), 0, at(x), 0).0.is_ok());

@@ -5,12 +5,14 @@ mod fuzzed;
 
 use std::time::Duration;
 
+use bus::message::Lost;
 use geometry::Rigid;
-use igtl::{Matrix, Metadata, Text, US_ASCII, Version};
+use igtl::{Matrix, Metadata, Text, ToolKind, US_ASCII, Version};
 
 use scene::localizer::StatusRule;
 
 use super::*;
+use crate::driver::{Frame, Seen};
 
 const MS: i64 = 1_000_000;
 

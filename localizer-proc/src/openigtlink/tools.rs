@@ -60,7 +60,7 @@ impl OpenIgtLink {
         }
         for marker in self.names.markers() {
             if self.instants.know(marker) && !all.iter().any(|seen| seen.marker == marker) {
-                self.instants.judge(said, marker, Err(Lost::NotSeen), self.now_ns);
+                let _ = self.instants.judge(said, marker, Err(Lost::NotSeen), self.now_ns);
             }
         }
         acts.push(Act::Frame(Frame {

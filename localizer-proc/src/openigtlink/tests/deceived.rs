@@ -244,7 +244,10 @@ fn a_status_under_a_key_that_is_nearly_right_is_no_good_pose() {
         ),
         0,
     );
-    assert!(words(&acts)[0].contains(""stylusToTrackerStatus" states what cannot be read"), "{acts:?}");
+    assert!(
+        words(&acts)[0].contains("\"stylusToTrackerStatus\" states what cannot be read"),
+        "{acts:?}"
+    );
     assert_eq!(seen(&frames(acts)[0]), [(0, Err(Lost::Refused))]);
 }
 
