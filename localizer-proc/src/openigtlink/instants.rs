@@ -187,7 +187,7 @@ mod tests {
     #[test]
     fn a_pose_under_a_stamp_of_which_the_marker_was_lost_does_not_count() {
         let mut instants = Instants::default();
-        assert_eq!(instants.judge(said(0, "TDATA"), 0, Err(Lost::OutOfVolume), 0).1, false);
+        assert!(!instants.judge(said(0, "TDATA"), 0, Err(Lost::OutOfVolume), 0).1);
         let seen = instants.judge(said(0, "TRANSFORM"), 0, at(1.0), MS);
         assert_eq!(seen, (Err(Lost::OutOfVolume), true));
         // Of the other marker nothing was said, nor is anything of what has no stamp.
