@@ -32,9 +32,13 @@ impl Told {
         }
     }
 
-    /// Another connection was made: what was told is news again, as its peer may be another.
+    /// Another connection was made: what was told is news again, as its peer may be another, whose steps are counted anew.
     pub(super) fn reconnected(&mut self) {
-        self.given_ns = [None; Reason::ALL.len()];
+        *self = Self {
+            steps: self.steps,
+            arrivals: self.arrivals,
+            ..Self::new(self.forgotten_ns)
+        };
     }
 
     /// Counts a step; gives it where the clock is not unsteady by now.

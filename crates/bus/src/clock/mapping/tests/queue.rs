@@ -6,8 +6,6 @@ use super::study::ns;
 
 /// What is uncertain of a law on these links, and what it moves by without a step.
 pub(super) const WITHIN_NS: i64 = 6_000_000;
-/// By how much clocks are set on [`STEPPED`].
-const STEP_NS: i64 = 80_000_000;
 
 fn mapped(link: &Link) -> Vec<Mapped> {
     let mut mapping = Mapping::new(Settings::default());
