@@ -15,7 +15,6 @@ mod output;
 mod plan;
 mod planning;
 mod ports;
-mod presence;
 mod problems;
 mod remote;
 mod replay;

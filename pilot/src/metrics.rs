@@ -2,6 +2,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod memory;
+pub(crate) mod presence;
 mod samples;
 pub(crate) mod tissue;
 
