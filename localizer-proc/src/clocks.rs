@@ -25,6 +25,8 @@ pub struct DeviceClock {
     last: Option<Captured>,
     /// Stamp of the newest frame, and what it held.
     newest: (i64, Vec<Seen>),
+    /// That frame is the one before once more.
+    is_again: bool,
     images: ImageLaw,
     /// Frames come in answer to a question.
     is_polled: bool,
@@ -64,6 +66,7 @@ impl DeviceClock {
             mapping: Mapping::new(settings(least_delay_ns)),
             last: None,
             newest: (0, Vec::new()),
+            is_again: false,
             images: ImageLaw::new(latest_image_ns),
             is_polled: false,
         }
@@ -110,7 +113,7 @@ impl DeviceClock {
         }
         let mapped = self.mapping.map(frame.device_ns, frame.first_ns);
         let event = mapped.event.map(|event| event.to_string());
-        if let Some(same) = self.of_same_message(frame) {
+        if let Some(same) = self.of_same_message(frame, arrival) {
             return (same, event);
         }
         let waited_ns = match self.is_polled {
@@ -138,14 +141,26 @@ impl DeviceClock {
     }
 
     /// The time of the frame before, where this one is the same once more: with its stamp, and nothing else in it. It became no newer.
-    fn of_same_message(&mut self, frame: &Frame) -> Option<Captured> {
+    fn of_same_message(&mut self, frame: &Frame, arrival: Captured) -> Option<Captured> {
         let is_same = frame.device_ns != 0 && self.newest.0 == frame.device_ns && self.newest.1 == frame.seen;
         if !is_same {
             self.newest.0 = frame.device_ns;
             self.newest.1.clone_from(&frame.seen);
         }
         // Stamps that never kept a law, as where they stand still from the beginning, say nothing of an age.
-        self.last.filter(|last| is_same && last.clock == CaptureClock::Mapped)
+        let same = self.last.filter(|last| is_same && last.clock == CaptureClock::Mapped);
+        let is_pose = frame.seen.iter().any(|seen| seen.outcome.is_ok());
+        self.is_again = same.is_some() && is_pose;
+        match is_same && !is_pose && !frame.seen.is_empty() {
+            // A tool that is not seen bears the stamp of when it was, and is not seen now.
+            true => Some(self.later(arrival, frame)),
+            false => same,
+        }
+    }
+
+    /// Whether the newest frame is the one before once more, and no news.
+    pub fn is_again(&self) -> bool {
+        self.is_again
     }
 
     /// When an image was captured that bears a stamp of the frames' clock: by the law that they have made, as it comes later than they do. Where
@@ -395,14 +410,34 @@ mod tests {
     /// for 0.6 s made poses 0.6 s too young.
     #[test]
     fn a_message_that_comes_again_is_no_newer() {
+        let seen = |stamp: i64, arrival: i64| Frame {
+            seen: vec![Seen {
+                marker: 0,
+                outcome: Ok((geometry::Rigid::identity(), 0.0)),
+            }],
+            ..frame(EPOCH_NS + stamp * STEP_NS, arrival * STEP_NS)
+        };
         let mut clock = DeviceClock::new(StampRule::Mapped, 0, LATEST_NS);
         let mut last_ns = 0;
         for i in 0..600 {
-            last_ns = clock.capture(&frame(EPOCH_NS + i * STEP_NS, i * STEP_NS)).0.at_ns;
+            last_ns = clock.capture(&seen(i, i)).0.at_ns;
         }
         for k in 1..100 {
-            let again = clock.capture(&frame(EPOCH_NS + 599 * STEP_NS, (599 + k) * STEP_NS)).0;
-            assert_eq!(again.at_ns, last_ns, "{k}");
+            let again = clock.capture(&seen(599, 599 + k)).0;
+            assert_eq!((again.at_ns, clock.is_again()), (last_ns, true), "{k}");
+        }
+        // But of a tool that is not seen, which has the stamp of when it was.
+        for k in 700..720 {
+            let mut lost = frame(EPOCH_NS + 599 * STEP_NS, k * STEP_NS);
+            lost.seen = vec![Seen {
+                marker: 0,
+                outcome: Err(bus::message::Lost::NotSeen),
+            }];
+            let captured = clock.capture(&lost).0;
+            assert!(
+                !clock.is_again() && (k == 700 || captured.at_ns == k * STEP_NS),
+                "{k}: {captured:?}"
+            );
         }
     }
 

@@ -201,6 +201,8 @@ impl Localizer {
         let captured = self.attention.judged(captured);
         let lost_ns = clock::ns(process.scene.limits.lost);
         match places {
+            // No news of a tool: it grows old on the other side.
+            _ if self.clock.is_again() => {}
             None if captured.waited_ns > lost_ns => self.output.send(&refused(frame), captured, process)?,
             None => self.output.send(frame, captured, process)?,
             Some(places) => self.output.send_places(frame.device_ns, captured, places, process)?,
