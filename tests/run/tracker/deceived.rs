@@ -283,6 +283,12 @@ fn poses_of_a_queue_that_grew_are_refused_as_old_and_are_a_problem_of_the_report
         .unwrap();
     assert!((1_100_000_000..3_000_000_000).contains(&old_ns), "{old_ns}");
     status_says(&run.pilot, bus::message::MAY_BE_OLDER);
+    // While nobody is connected too: the next process is told of the queue by what stands there.
+    drop((stream, run.listener));
+    run.pilot.wait_for("a queue, and nobody who is connected", |status| {
+        let note = note(status);
+        note.starts_with(bus::message::MAY_BE_OLDER) && note.contains("waiting for")
+    });
     let _ = run.pilot.stop();
     let problems = crate::support::report(&world.path("out"))["problems"].to_string();
     assert!(problems.contains("poses may have been up to 1"), "{problems}");
