@@ -159,7 +159,8 @@ impl Link {
                     self.tries
                 )
             }
-            Stage::Over(why) => format!("{address}: {why}; `pilot restart localizer` dials again"),
+            // In front, as what is too long for a note is cut at its end.
+            Stage::Over(why) => format!("`pilot restart localizer` dials again: {address}: {why}"),
         }
     }
 }

@@ -28,7 +28,7 @@ impl Run {
                 self.asked_to_stop = true;
                 Ok(None)
             }
-            Some(CommandKind::Restart) => match self.bring_back(command.number) {
+            Some(CommandKind::Restart) => match self.bring_back(&command.words()) {
                 Ok((i, words)) => {
                     self.tell(Level::Info, &format!("command: restart; {words}"));
                     request.reply(Ok(&words))?;
@@ -66,13 +66,12 @@ impl Run {
         }
     }
 
-    /// The held process with this place in the status, no longer held, or the localizer; or why there is nothing to bring back.
-    fn bring_back(&mut self, place: f64) -> Result<(usize, String), String> {
-        let found = (0..self.children.len()).find(|&i| i as f64 == place);
+    /// The held process of this name, no longer held, or the localizer; or why there is nothing to bring back.
+    fn bring_back(&mut self, name: &str) -> Result<(usize, String), String> {
+        let found = self.children.iter().position(|child| child.name() == name);
         let Some(i) = found else {
-            return Err(format!("there is no process number {place}"));
+            return Err(format!("this run has no process {name:?}"));
         };
-        let name = self.children[i].name().to_owned();
         match self.supervisor.stage_word(i) {
             "held" => {
                 self.children[i].is_held = false;

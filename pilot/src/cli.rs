@@ -398,14 +398,14 @@ fn stop(run: &str) -> Result<(), CliError> {
 fn restart(run: &str, process: &str) -> Result<(), CliError> {
     let (_, status) = status_of(run)?;
     let names: Vec<&str> = status.processes.iter().map(|p| p.name.as_str()).collect();
-    let Some(place) = names.iter().position(|name| *name == process) else {
+    if !names.contains(&process) {
         return Err(CliError::NoProcess {
             run: run.to_owned(),
             process: process.to_owned(),
             names: names.join(", "),
         });
-    };
-    say(&ask(run, Command::with_number(CommandKind::Restart, place as f64))?);
+    }
+    say(&ask(run, Command::with_text(CommandKind::Restart, process))?);
     Ok(())
 }
 

@@ -124,6 +124,7 @@ impl PixelReader {
             volume: Some(VOLUME),
             recorder: None,
             watched_ns: None,
+            may_restart_localizer: false,
             is_replay: false,
             law: None,
             timeline: None,

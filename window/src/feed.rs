@@ -5,7 +5,9 @@ use std::rc::Rc;
 use bus::BusError;
 use bus::clock;
 use bus::gather::{Gather, PoseId, Set};
-use bus::message::{FrameHeader, Guide, Heartbeat, Identity, Steps, Timeline, ToolPose, VolumeHash, Workflow};
+use bus::message::{
+    FrameHeader, Guide, Heartbeat, Identity, Steps, Timeline, ToolPose, VolumeHash, Workflow, may_be_older_ms,
+};
 use bus::port::{Frame, VolumeSubscriber};
 use bus::run::{ReplayOf, RunContext};
 use bus::session::{SIMULATED_START_NS, Session};
@@ -17,6 +19,8 @@ use crate::ports::Ports;
 
 /// As many poses as are kept for the sight: four seconds of sixty a second.
 const KEPT_POSES: usize = 256;
+/// What a localizer said so long ago it says no more: it gives a sign of life ten times a second.
+const LOCALIZER_SILENT_NS: i64 = 2_000_000_000;
 
 /// What has come.
 #[derive(Debug)]
@@ -34,6 +38,7 @@ pub struct Feed {
     volumes: VolumeSubscriber,
     recorder: Option<Heartbeat>,
     watcher: Option<Heartbeat>,
+    localizer: Option<Heartbeat>,
     /// Chosen to be shown, with how they belong together.
     chosen: Vec<Option<Rc<Frame>>>,
     headers: Vec<Option<FrameHeader>>,
@@ -56,6 +61,7 @@ impl Feed {
             volumes,
             recorder: None,
             watcher: None,
+            localizer: None,
             chosen: Vec::with_capacity(views),
             headers: Vec::with_capacity(views),
             set: None,
@@ -107,6 +113,9 @@ impl Feed {
             self.recorder = recorder.newest()?.or(self.recorder);
         }
         self.watcher = ports.watcher.newest()?.or(self.watcher);
+        if let Some(localizer) = &ports.localizer {
+            self.localizer = localizer.newest()?.or(self.localizer);
+        }
         // The first is the run's: whatever a loader publishes later is shown by nobody.
         if let (None, Some(volume)) = (self.volume, self.volumes.poll()?) {
             self.volume = Some((volume.hash(), *volume.grid()));
@@ -224,6 +233,10 @@ impl Feed {
                 .watcher
                 .filter(|beat| beat.t_painted_ns > 0)
                 .map(|beat| now.run_ns.saturating_sub(beat.t_painted_ns)),
+            may_restart_localizer: self
+                .localizer
+                .filter(|beat| now.run_ns.saturating_sub(beat.t_ns) <= LOCALIZER_SILENT_NS)
+                .is_some_and(|beat| leads_on_by_restart(&beat.note_text())),
             is_replay: session.is_replay(),
             law: session.replay().copied(),
             timeline: self.timeline.as_ref(),
@@ -232,6 +245,11 @@ impl Feed {
             began_ns: now.began_ns,
         }
     }
+}
+
+/// Whether what a localizer notes is got over by starting it anew: poses that may be older than their stamps, or that it says so.
+fn leads_on_by_restart(note: &str) -> bool {
+    may_be_older_ms(note).is_some_and(|ms| ms > 0) || note.contains("pilot restart localizer")
 }
 
 /// The moment of a frame.

@@ -53,6 +53,8 @@ pub struct Known<'a> {
     pub recorder: Option<(Option<Heartbeat>, i64)>,
     /// How long ago a picture of this screen was read back by the program that watches it, ns; `None` where none was.
     pub watched_ns: Option<i64>,
+    /// The localizer says what is got over by starting it anew: that poses may be older than their stamps, that it waits to be told to dial.
+    pub may_restart_localizer: bool,
     /// Poses come out of a recording.
     pub is_replay: bool,
     /// In a replay, and in simulated time: the clock as it was told last.
@@ -145,6 +147,8 @@ pub struct Model {
     pub replay: Option<ReplayModel>,
     /// Whether images look otherwise than the scene says.
     pub are_images_changed: bool,
+    /// See [`Known::may_restart_localizer`].
+    pub may_restart_localizer: bool,
 }
 
 impl Model {
@@ -157,6 +161,7 @@ impl Model {
             facts: facts(known, &state),
             steps: steps(known),
             replay: replay(known),
+            may_restart_localizer: known.may_restart_localizer,
             are_images_changed: known.guide.is_some_and(|guide| guide.images() != Ok(Images::default())),
             state,
         }

@@ -2,6 +2,7 @@
 
 use bus::message::{Guide, Heartbeat, Identity, Steps, Timeline, ToolPose, Workflow};
 use bus::port::{FrameSubscriber, Subscriber};
+use bus::run::RunContext;
 use bus::topic::{GUIDE, HEARTBEAT, HELD_FRAME, IDENTITY, STEPS, TIMELINE, TOOL_POSE, WORKFLOW};
 use bus::wake::Waits;
 use bus::{Bus, BusError};
@@ -33,14 +34,39 @@ pub struct Ports {
     pub recorder: Option<Subscriber<Heartbeat>>,
     /// Those of the program that reads the screen back.
     pub watcher: Subscriber<Heartbeat>,
+    /// Those of the localizer, where this run has one.
+    pub localizer: Option<Subscriber<Heartbeat>>,
+}
+
+/// What a run has beside images and poses; nothing of it by default.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Has {
+    /// It replays a recording.
+    pub replay: bool,
+    /// Somebody guides calibration, registration and check.
+    pub steps: bool,
+    /// A localizer of its own. A second machine's run has none: the first one's is not started anew from there.
+    pub localizer: bool,
+}
+
+impl Has {
+    /// As the pilot starts them.
+    pub fn of(run: &RunContext, scene: &Scene) -> Self {
+        let is_live = run.replay.is_none() && !run.simulated_time;
+        Self {
+            replay: run.replay.is_some(),
+            steps: scene.steps.is_some() && is_live,
+            localizer: scene.localizer.is_some() && is_live && run.remote.is_none(),
+        }
+    }
 }
 
 impl Ports {
-    /// Opens them all; `has_steps` where somebody guides calibration, registration and check, `is_replay` where a recording is replayed.
+    /// Opens them all.
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(bus: &Bus, scene: &Scene, (is_replay, has_steps): (bool, bool)) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, scene: &Scene, has: Has) -> Result<Self, BusError> {
         let names = || scene.views.iter().map(|view| view.name.as_str());
         let records = scene.recording.is_some();
         Ok(Self {
@@ -53,15 +79,23 @@ impl Ports {
             poses: Subscriber::open(bus, &TOOL_POSE, "", POSES)?,
             guide: Subscriber::open_waking(bus, &GUIDE, "", 1)?,
             workflow: Subscriber::open_waking(bus, &WORKFLOW, "", 1)?,
-            steps: has_steps
+            steps: has
+                .steps
                 .then(|| Subscriber::open_waking(bus, &STEPS, "", 1))
                 .transpose()?,
-            timeline: is_replay.then(|| Subscriber::open(bus, &TIMELINE, "", 1)).transpose()?,
+            timeline: has
+                .replay
+                .then(|| Subscriber::open(bus, &TIMELINE, "", 1))
+                .transpose()?,
             identity: Subscriber::open(bus, &IDENTITY, "", 1)?,
             recorder: records
                 .then(|| Subscriber::open(bus, &HEARTBEAT, "recorder", 1))
                 .transpose()?,
             watcher: Subscriber::open(bus, &HEARTBEAT, crate::watch::NAME, 1)?,
+            localizer: has
+                .localizer
+                .then(|| Subscriber::open(bus, &HEARTBEAT, "localizer", 1))
+                .transpose()?,
         })
     }
 

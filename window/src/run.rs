@@ -17,7 +17,7 @@ use crate::frame::{Coded, Frames, Painted};
 use crate::look;
 use crate::model::{Model, ReplayModel};
 use crate::planning;
-use crate::ports::Ports;
+use crate::ports::{Has, Ports};
 use crate::program::{Options, RunError, write_shot};
 use crate::screen::{Look, Wish};
 use crate::wishes::Asked;
@@ -60,11 +60,9 @@ pub(crate) fn run(membership: &Membership, options: Options) -> Result<(), RunEr
     if process.run.planning {
         return planning::run(process, display, options);
     }
-    // As the pilot starts somebody who guides.
-    let has_steps = process.scene.steps.is_some() && process.run.replay.is_none() && !process.run.simulated_time;
-    let is_replay = process.session.is_replay();
-    let ports = Ports::open(&process.bus, &process.scene, (is_replay, has_steps))?;
-    let asked = Asked::open(&process.bus, &process.scene, (is_replay, has_steps), options.shots)?;
+    let has = Has::of(&process.run, &process.scene);
+    let ports = Ports::open(&process.bus, &process.scene, has)?;
+    let asked = Asked::open(&process.bus, &process.scene, has, options.shots)?;
     let coded = Coded {
         key: crate::code::key(process.run.epoch_ns),
         pid: std::process::id(),

@@ -86,6 +86,8 @@ pub enum Wish {
     Navigate,
     /// The marker on the patient was moved.
     Moved,
+    /// Start the localizer anew, so that it dials: what its peer kept back is gone then, and a clock that was set back is known.
+    RestartLocalizer,
     /// A replay: stand still, or go on.
     Pause,
     /// A replay: one pose on.

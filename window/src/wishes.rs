@@ -16,6 +16,7 @@ use scene::{Plane, Scene};
 
 use crate::feed::Feed;
 use crate::model::ReplayModel;
+use crate::ports::Has;
 use crate::screen::Wish;
 use level::Level;
 use replay::{Replayer, Steering, steering};
@@ -29,6 +30,8 @@ const WRITING_NS: i64 = 20_000_000_000;
 const MOST_OPEN: usize = 8;
 /// The replayer's process.
 const REPLAYER: &str = "replay";
+/// The process that listens to the localizer.
+const LOCALIZER: &str = "localizer";
 /// The process that calibrates, registers and checks.
 const CALIBRATOR: &str = "calib";
 
@@ -66,22 +69,18 @@ impl Asked {
     ///
     /// # Errors
     /// [`BusError::Open`].
-    pub fn open(
-        bus: &Bus,
-        scene: &Scene,
-        (is_replay, has_steps): (bool, bool),
-        shots: PathBuf,
-    ) -> Result<Self, BusError> {
+    pub fn open(bus: &Bus, scene: &Scene, has: Has, shots: PathBuf) -> Result<Self, BusError> {
         let renderers = scene.renderers().into_iter().map(|(plane, _)| plane.process());
         Ok(Self {
             pilot: CommandClient::open(bus, "pilot")?,
             renderers: renderers
                 .map(|name| CommandClient::open(bus, &name))
                 .collect::<Result<_, _>>()?,
-            replayer: is_replay
+            replayer: has
+                .replay
                 .then(|| CommandClient::open(bus, REPLAYER).map(Replayer::new))
                 .transpose()?,
-            calibrator: has_steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
+            calibrator: has.steps.then(|| CommandClient::open(bus, CALIBRATOR)).transpose()?,
             open: Vec::with_capacity(MOST_OPEN),
             level: Default::default(),
             turning: scene
@@ -157,6 +156,7 @@ impl Asked {
                 }))
             }
             Wish::Moved => self.pilot(Command::new(CommandKind::Bumped)),
+            Wish::RestartLocalizer => self.pilot(Command::with_text(CommandKind::Restart, LOCALIZER)),
             Wish::Pause
             | Wish::OnePose
             | Wish::PoseBefore

@@ -14,7 +14,7 @@ use bus::run::RunContext;
 use bus::topic::{GUIDE, HELD_FRAME, TOOL_POSE, VIEW_FRAME};
 use scene::{Plane, Scene};
 use window::feed::{Feed, stale_ns};
-use window::ports::Ports;
+use window::ports::{Has, Ports};
 use window::screen::Wish;
 use window::wishes::Asked;
 
@@ -56,9 +56,9 @@ impl Rig {
             guides: Publisher::open(&bus, &GUIDE, "").unwrap(),
             renderers: renderers.map(serve).collect(),
             pilot: CommandServer::open(&bus, "pilot").unwrap(),
-            asked: Asked::open(&bus, &scene, (false, false), PathBuf::new()).unwrap(),
+            asked: Asked::open(&bus, &scene, Has::default(), PathBuf::new()).unwrap(),
             feed: Feed::new(scene.views.len(), VolumeSubscriber::open(&bus).unwrap()),
-            ports: Ports::open(&bus, &scene, (false, false)).unwrap(),
+            ports: Ports::open(&bus, &scene, Has::default()).unwrap(),
             scene,
             bus,
             run,

@@ -23,7 +23,7 @@ use window::code::Shown;
 use window::feed::{Feed, Now};
 use window::frame::{Coded, Frames, Painted};
 use window::model::Model;
-use window::ports::Ports;
+use window::ports::{Has, Ports};
 use window::screen::{Look, Outcome};
 use window::sizes::{Screen, Sizes};
 
@@ -142,7 +142,7 @@ impl Rig {
         let views = views.map(|view| FramePublisher::open(&bus, &VIEW_FRAME, &view.name, bytes).unwrap());
         let views = views.collect();
         let feed = Feed::new(scene.views.len(), VolumeSubscriber::open(&bus).unwrap());
-        let ports = Ports::open(&bus, &scene, (false, false)).unwrap();
+        let ports = Ports::open(&bus, &scene, Has::default()).unwrap();
         let volume = volume(&bus);
         let (guides, workflows) = tell(&bus);
         Self {

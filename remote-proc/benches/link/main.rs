@@ -4,6 +4,8 @@
 //! known. The added latency of a pose is from its arrival on the sender's bus to that on the receiver's, both seen by a thread that is
 //! woken. `ahead` is by how much the receiver's clock is ahead of the truth, which is by how much every age is overstated; below 0 it
 //! would be understated. What the latency must keep within stands behind each row, and whether it does.
+//!
+//! `-- room` measures instead what the navigating room notices of it, beside a whole run (see `room.rs`).
 
 #![allow(
     clippy::disallowed_methods,
@@ -13,12 +15,19 @@
     reason = "tests and benchmarks start programs, measure time and say why they skip"
 )]
 
+#[allow(dead_code, reason = "the tests use all of it")]
+#[path = "../../tests/run/both.rs"]
+mod both;
 mod delay;
 mod listen;
 #[allow(dead_code, reason = "the tests use all of it")]
 #[path = "../../tests/run/rig.rs"]
 mod rig;
+mod room;
 mod rows;
+#[allow(dead_code, reason = "the tests use all of it")]
+#[path = "../../tests/run/wire.rs"]
+mod wire;
 
 use std::time::{Duration, Instant};
 
@@ -34,6 +43,9 @@ fn main() {
         .skip(1)
         .filter(|word| !word.starts_with("--"))
         .collect();
+    if let Some(("room", guests)) = words.split_first().map(|(first, rest)| (first.as_str(), rest)) {
+        return room::room(guests);
+    }
     say(&format!(
         "{:<30}{:>7}{:>6}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>9}{:>9}{:>8}  must: p50, p99",
         "link",
@@ -124,6 +136,9 @@ fn measure(row: &Row) {
         .zip(&cpu_after)
         .map(|(a, b)| 100.0 * (b - a) / passed_s)
         .collect();
+    if let Some(("room", guests)) = words.split_first().map(|(first, rest)| (first.as_str(), rest)) {
+        return room::room(guests);
+    }
     say(&format!(
         "{:<30}{:>7}{:>6}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>8.3}{:>8.1}%{:>8.1}%{:>6.2} s  {} ms: {}, {}",
         row.name,

@@ -41,6 +41,8 @@ pub(crate) struct Sample {
     pub(crate) recorder: Option<(Option<Heartbeat>, i64)>,
     /// How long ago this screen was read back, ns.
     pub(crate) watched_ns: Option<i64>,
+    /// The localizer says what a new start of it gets over.
+    pub(crate) may_restart_localizer: bool,
     /// A recording is shown.
     pub(crate) is_replay: bool,
     /// The clock of it.
@@ -110,6 +112,7 @@ impl Sample {
             volume: Some(VOLUME),
             recorder: Some((Some(beat()), 50_000_000)),
             watched_ns: Some(50_000_000),
+            may_restart_localizer: false,
             is_replay: false,
             law: None,
             timeline: None,
@@ -140,6 +143,7 @@ impl Sample {
             volume: self.volume,
             recorder: self.recorder,
             watched_ns: self.watched_ns,
+            may_restart_localizer: self.may_restart_localizer,
             is_replay: self.is_replay,
             law: self.law,
             timeline: self.timeline.as_ref(),

@@ -32,6 +32,7 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
         identity: heard.identity,
         volume,
         recorder: None,
+        may_restart_localizer: false,
         watched_ns: heard.watcher.map(|beat| now_ns.saturating_sub(beat.t_painted_ns)),
         is_replay: false,
         law: None,
@@ -55,6 +56,7 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
             ..facts(&known, &state)
         },
         are_images_changed: false,
+        may_restart_localizer: false,
         state,
     }
 }

@@ -29,6 +29,9 @@ fn buttons(model: &Model, look: &Look) -> Vec<Button> {
     if model.steps.is_some() && !look.only_sight {
         all.push(button("Steps", "F2", Key::F2, Wish::Steps(true)));
     }
+    if model.may_restart_localizer {
+        all.push(button("Restart localizer", "L", Key::L, Wish::RestartLocalizer));
+    }
     // The way back is there where there is one.
     if model.are_images_changed && !model.state.is_replay {
         all.push(button("Scene's images", "0", Key::Num0, Wish::Images(ImagesKey::Scene)));

@@ -18,8 +18,8 @@ pub struct Command {
     /// Else 0.
     pub view: u32,
     /// For [`CommandKind::Seek`]: seconds behind the recording's first pose. For [`CommandKind::Speed`]: how many times the
-    /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Restart`]: which process, by its
-    /// place in the status. For [`CommandKind::Practise`]: an angle, radians. For [`CommandKind::Images`]: the field, mm. Else 0.
+    /// recording's own speed, infinite for as fast as images can be drawn. For [`CommandKind::Practise`]: an angle, radians. For
+    /// [`CommandKind::Images`]: the field, mm. Else 0.
     pub number: f64,
     /// For [`CommandKind::Render`]: the pose to draw. For [`CommandKind::Hold`]: the pose to be held.
     pub pose: ToolPose,
@@ -27,7 +27,8 @@ pub struct Command {
     /// [`CommandKind::Images`]: the window. Else zero.
     pub plane: ImagePlane,
     /// For [`CommandKind::Choose`]: the target's name in the scene. For [`CommandKind::Mark`]: what is to be noted. For
-    /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Plan`]: the words of the change. Else empty.
+    /// [`CommandKind::Confirm`]: the examination's hash, in hex. For [`CommandKind::Restart`]: the process's name. For
+    /// [`CommandKind::Plan`]: the words of the change. Else empty.
     pub text: [u8; Self::TEXT],
     /// For [`CommandKind::Plan`]: the change. Else none.
     pub edit: PlanEdit,
@@ -46,7 +47,7 @@ pub enum CommandKind {
     Render,
     /// Renderer: nobody publishes poses any more; what is shown is lost at once.
     NoPoses,
-    /// Pilot: start a process again that ended too often and was left alone.
+    /// Pilot: start a process again that ended too often and was left alone, or the localizer, so that it dials anew.
     Restart,
     /// Replayer: stand still.
     Pause,
@@ -157,7 +158,7 @@ impl Command {
         }
     }
 
-    /// A request with a number: [`CommandKind::Seek`], [`CommandKind::Speed`], [`CommandKind::Restart`].
+    /// A request with a number: [`CommandKind::Seek`], [`CommandKind::Speed`].
     pub fn with_number(kind: CommandKind, number: f64) -> Self {
         Self {
             number,
@@ -165,7 +166,8 @@ impl Command {
         }
     }
 
-    /// A request with words: [`CommandKind::Choose`], [`CommandKind::Mark`], [`CommandKind::Confirm`]. What does not fit is cut off.
+    /// A request with words: [`CommandKind::Choose`], [`CommandKind::Mark`], [`CommandKind::Confirm`], [`CommandKind::Restart`].
+    /// What does not fit is cut off.
     pub fn with_text(kind: CommandKind, text: &str) -> Self {
         Self {
             text: text_field(text),

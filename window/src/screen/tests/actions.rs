@@ -169,6 +169,7 @@ fn the_guide_names_every_key_and_no_other() {
     ];
     let mut changed = sample(37.4, 1.3);
     changed.guide = changed.guide.map(|guide| guide.showing(&narrow()));
+    changed.may_restart_localizer = true;
     let changed = changed.model();
     for (model, look) in all.into_iter().chain([(&changed, Look::default())]) {
         found.extend(
@@ -207,6 +208,19 @@ fn keys_change_how_images_look_and_a_button_leads_back() {
     changed.guide = changed.guide.map(|guide| guide.showing(&narrow()));
     let action = (name, Key::Num0, Wish::Images(ImagesKey::Scene));
     for found in wished(&changed.model(), &Look::default(), &action) {
+        assert_eq!(found, std::slice::from_ref(&action.2));
+    }
+}
+
+/// A clock that was set back counts as a queue until the localizer dials anew: that took a terminal.
+#[test]
+fn where_a_localizer_asks_for_it_it_can_be_started_anew() {
+    let action = ("Restart localizer", Key::L, Wish::RestartLocalizer);
+    let mut asking = sample(37.4, 1.3);
+    let plain = stage(asking.model(), monitor([1920, 1080]), Look::default());
+    assert!(plain.query_by_label(action.0).is_none());
+    asking.may_restart_localizer = true;
+    for found in wished(&asking.model(), &Look::default(), &action) {
         assert_eq!(found, std::slice::from_ref(&action.2));
     }
 }
