@@ -1,5 +1,6 @@
 //! The operator's window of a real run, on a real X server: what stands on the glass is read back from there.
 
+mod localizer;
 mod plan;
 mod restart;
 mod sight_pixels;
