@@ -138,11 +138,10 @@ impl Follower {
         let Some((sample, tracked)) = &self.last else {
             return Standing::Waiting;
         };
-        let aged = self.rules.ages.state(now_ns.saturating_sub(sample.t_capture_ns));
-        match (tracked, aged) {
+        match (tracked, self.rules.ages.of_sample(sample, *tracked, now_ns)) {
             (Tracked::Valid(pose), FrameState::Live) => Standing::Valid(*pose),
             (Tracked::Valid(_), FrameState::Stale) => Standing::Stale,
-            (Tracked::Lost(reason), FrameState::Live) => Standing::Lost(*reason),
+            (_, FrameState::Lost(reason)) => Standing::Lost(reason),
             _ => Standing::Lost(Lost::Silent),
         }
     }

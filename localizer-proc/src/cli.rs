@@ -38,9 +38,9 @@ struct RunArgs {
     /// The pilot's process; this one ends with it.
     #[arg(long)]
     parent: Option<u32>,
-    /// How long poses of the peer may wait in a queue, as the process found that was there before, ms.
-    #[arg(long, value_name = "MS", default_value_t = 0)]
-    waited_ms: u64,
+    /// A person has looked at the peer: what the process before knew of it is forgotten.
+    #[arg(long)]
+    anew: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -93,7 +93,7 @@ pub fn main(hands: Hands) -> ExitCode {
                 run_dir: cli.run.run_dir.unwrap_or_default(),
                 parent: cli.run.parent,
             };
-            exit("localizer-proc", run::run(&membership, cli.run.waited_ms))
+            exit("localizer-proc", run::run(&membership, cli.run.anew))
         }
     }
 }

@@ -1,11 +1,12 @@
 //! When a frame was captured, on the run's clock, and how sure that is.
 
-use bus::clock::{self, mapping::Mapping, mapping::Quality, mapping::Settings};
+use bus::clock::{self, mapping::Handed, mapping::Mapping, mapping::Quality, mapping::Settings};
 use bus::message::{CaptureClock, MAY_BE_OLDER};
 use scene::localizer::StampRule;
 
-use crate::driver::{Frame, Seen};
+use crate::driver::Frame;
 use crate::image_clock::{ImageLaw, Untimed};
+use crate::newest::Newest;
 
 /// So far behind its arrival a frame's time may be put to be later than that of the one before, ns.
 const MOST_AHEAD_NS: i64 = 1000;
@@ -23,10 +24,11 @@ pub struct DeviceClock {
     least_delay_ns: i64,
     mapping: Mapping,
     last: Option<Captured>,
-    /// Stamp of the newest frame, and what it held.
-    newest: (i64, Vec<Seen>),
-    /// That frame is the one before once more.
+    newest: Newest,
+    /// The newest frame is one of before once more.
     is_again: bool,
+    /// Stamps of this peer have kept a law: one that comes again says something.
+    has_kept_law: bool,
     images: ImageLaw,
     /// Frames come in answer to a question.
     is_polled: bool,
@@ -65,20 +67,28 @@ impl DeviceClock {
             least_delay_ns,
             mapping: Mapping::new(settings(least_delay_ns)),
             last: None,
-            newest: (0, Vec::new()),
+            newest: Newest::default(),
             is_again: false,
+            has_kept_law: false,
             images: ImageLaw::new(latest_image_ns),
             is_polled: false,
         }
     }
 
-    /// Of a peer whose frames may have waited for so long, as a process found that followed it before.
+    /// Of a peer that another process followed before, and of which it knew this.
     #[must_use]
-    pub fn having_waited(self, waited_ns: i64) -> Self {
+    pub fn going_on(self, handed: Handed) -> Self {
         Self {
-            mapping: self.mapping.having_waited(waited_ns),
+            mapping: self.mapping.going_on(handed),
+            has_kept_law: handed.law.is_some(),
             ..self
         }
+    }
+
+    /// What a process is to know that follows.
+    pub fn hand_over(&self) -> Handed {
+        let (stamp_ns, arrival_ns) = self.newest.came();
+        self.mapping.hand_over(stamp_ns, arrival_ns)
     }
 
     /// Of a peer that is asked for each frame, and answers with the newest: none is older than its question, but for the time between two.
@@ -94,7 +104,7 @@ impl DeviceClock {
     pub fn reconnected(&mut self) {
         self.mapping.reconnected();
         self.last = None;
-        self.newest.0 = 0;
+        self.newest.forget();
         self.images.reconnected();
     }
 
@@ -111,16 +121,28 @@ impl DeviceClock {
         if self.rule == StampRule::Arrival {
             return (self.later(arrival, frame), None);
         }
+        let is_lost = !frame.seen.is_empty() && frame.seen.iter().all(|seen| seen.outcome.is_err());
+        self.is_again = false;
+        if is_lost && self.newest.is_no_later(frame.device_ns) {
+            // A tool that is not seen bears the stamp of when it was: of the clock that says nothing, and the queue is as long as it was.
+            let waited_ns = self.at_most_asked(self.mapping.backlog_ns(), frame);
+            let lost = Captured {
+                at_ns: arrival.at_ns.saturating_sub(waited_ns),
+                waited_ns,
+                ..arrival
+            };
+            return (self.later(lost, frame), None);
+        }
         let mapped = self.mapping.map(frame.device_ns, frame.first_ns);
         let event = mapped.event.map(|event| event.to_string());
-        if let Some(same) = self.of_same_message(frame, arrival) {
+        if let Some(same) = self.of_same_message(frame) {
             return (same, event);
         }
-        let waited_ns = match self.is_polled {
-            // What was asked for has waited since the question at most, on its way or at the device.
-            true => mapped.waited_ns.min(frame.in_question_ns()),
+        let waited_ns = match is_lost {
+            true => self.mapping.backlog_ns(),
             false => mapped.waited_ns,
         };
+        let waited_ns = self.at_most_asked(waited_ns, frame);
         // Never younger than it may be: which of the two it was, nothing tells.
         let at_ns = mapped.capture_ns.saturating_sub(waited_ns);
         let captured = match (mapped.quality, mapped.uncertain_ns) {
@@ -137,25 +159,28 @@ impl DeviceClock {
                 ..arrival
             },
         };
+        self.has_kept_law |= captured.clock == CaptureClock::Mapped;
         (self.later(captured, frame), event)
     }
 
-    /// The time of the frame before, where this one is the same once more: with its stamp, and nothing else in it. It became no newer.
-    fn of_same_message(&mut self, frame: &Frame, arrival: Captured) -> Option<Captured> {
-        let is_same = frame.device_ns != 0 && self.newest.0 == frame.device_ns && self.newest.1 == frame.seen;
-        if !is_same {
-            self.newest.0 = frame.device_ns;
-            self.newest.1.clone_from(&frame.seen);
+    /// What was asked for has waited since the question at most, on its way or at the device.
+    fn at_most_asked(&self, waited_ns: i64, frame: &Frame) -> i64 {
+        match self.is_polled {
+            true => waited_ns.min(frame.in_question_ns()),
+            false => waited_ns,
+        }
+    }
+
+    /// The time of the frame before, where this one is the same once more: with its stamp, and nothing that did not come with it. It became no newer.
+    fn of_same_message(&mut self, frame: &Frame) -> Option<Captured> {
+        let repeats = self.newest.repeats(frame);
+        if frame.seen.is_empty() {
+            return self.last.filter(|last| repeats && last.clock == CaptureClock::Mapped);
         }
         // Stamps that never kept a law, as where they stand still from the beginning, say nothing of an age.
-        let same = self.last.filter(|last| is_same && last.clock == CaptureClock::Mapped);
-        let is_pose = frame.seen.iter().any(|seen| seen.outcome.is_ok());
-        self.is_again = same.is_some() && is_pose;
-        match is_same && !is_pose && !frame.seen.is_empty() {
-            // A tool that is not seen bears the stamp of when it was, and is not seen now.
-            true => Some(self.later(arrival, frame)),
-            false => same,
-        }
+        let same = self.last.filter(|_| repeats && self.has_kept_law);
+        self.is_again = same.is_some();
+        same
     }
 
     /// Whether the newest frame is the one before once more, and no news.

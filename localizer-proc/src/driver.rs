@@ -3,6 +3,7 @@
 use bus::message::{EmitterSight, Lost};
 use geometry::{Marker, Rigid, Tracker};
 use scene::tracking::{EmitterSource, PosedMarkers};
+use serde::{Deserialize, Serialize};
 
 use crate::openigtlink::Picture;
 
@@ -85,8 +86,26 @@ pub struct Seen {
     pub outcome: Result<(Rigid<Tracker, Marker>, f64), Lost>,
 }
 
+/// What is known of a peer over all its connections, for a process that follows.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Known {
+    /// Where the scene names no tool: the names that came, as bytes of the wire.
+    pub tools: Vec<Vec<u8>>,
+    /// Numbers of the markers of which it has stated a status.
+    pub stated: Vec<u32>,
+}
+
 /// A protocol with one peer, over all its connections.
 pub trait Driver {
+    /// What a process that follows is to know.
+    fn known(&self) -> Known {
+        Known::default()
+    }
+
+    /// Goes on from what the process before knew; before the first connection.
+    fn go_on(&mut self, _known: Known) {}
+
     /// A connection was made.
     fn connected(&mut self, now_ns: i64) -> Vec<Act>;
 

@@ -6,6 +6,8 @@
 //! * `driver` is what a protocol does with bytes and time: `openigtlink`, `ndi`.
 //! * `single` holds the single markers of a device against their definitions.
 //! * `attention` knows whether this process stood still, so that nobody saw when something came.
+//! * `newest` and `again` know a message that comes once more, and a peer that sends nothing else.
+//! * `memory` is what the next process is to know of the peer, should this one die.
 //! * `clocks` makes of a localizer's stamps the time of a capture on the run's clock.
 //! * `image_clock` holds images to the clock of the poses, by how late they come.
 //! * `simulate` is the other side: a simulated device of NDI for whoever dials.
@@ -13,6 +15,7 @@
 
 #![forbid(unsafe_code)]
 
+mod again;
 mod attention;
 pub mod cli;
 pub mod clocks;
@@ -21,7 +24,9 @@ pub mod driver;
 mod image_clock;
 mod image_output;
 mod link;
+mod memory;
 mod ndi;
+mod newest;
 mod openigtlink;
 mod output;
 pub mod run;

@@ -24,7 +24,7 @@ use igtl::{Body, Decoder, DeviceName, Kind, Limits, Message, Pace, Recovery, Sta
 use scene::localizer::{OpenIgtLinkSpec, Peer, Reconnect};
 use scene::tracking::PosedMarkers;
 
-use crate::driver::{Act, Driver};
+use crate::driver::{Act, Driver, Known};
 use crate::state::Once;
 use gather::Gather;
 use images::Images;
@@ -195,6 +195,18 @@ fn stamp_ns(stamp: Stamp) -> i64 {
 }
 
 impl Driver for OpenIgtLink {
+    fn known(&self) -> Known {
+        Known {
+            tools: self.names.came(),
+            stated: self.stated.clone(),
+        }
+    }
+
+    fn go_on(&mut self, known: Known) {
+        self.names.go_on(&known.tools);
+        self.stated = known.stated;
+    }
+
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
         self.now_ns = now_ns;
         self.decoder = Decoder::new(limits(self.images.is_some()));

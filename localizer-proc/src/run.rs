@@ -11,12 +11,14 @@ use bus::topic::EVENT;
 use scene::TrackerSource;
 use scene::localizer::{LinkSpec, LocalizerSpec, OpenIgtLinkSpec};
 
+use crate::again::Again;
 use crate::attention::Attention;
 use crate::clocks::DeviceClock;
 use crate::driver::{Act, Driver, Follows, Frame, Places};
 use crate::image_clock::Untimed;
 use crate::image_output::ImageOutput;
 use crate::link::{CHUNK, Link, News};
+use crate::memory::Memory;
 use crate::ndi::{Ndi, SetUpError};
 use crate::openigtlink::{NamesError, OpenIgtLink, Picture};
 use crate::output::Output;
@@ -47,16 +49,19 @@ pub enum RunError {
     /// The tools of a device of NDI cannot be set up.
     #[error(transparent)]
     Ndi(#[from] SetUpError),
+    /// What the process before kept cannot be used.
+    #[error("{0}; `pilot restart localizer` begins without it")]
+    Memory(String),
     /// The tracker follows emitters.
     #[error("OpenIGTLink has no single markers; tracker.source = \"markers\" follows its poses")]
     NoEmitters,
 }
 
-/// Dials, and publishes what comes until asked to stop. Poses may have waited for `waited_ms`, as the process found that was there before.
+/// Dials, and publishes what comes until asked to stop. It goes on from what the process before knew of the peer, unless `is_anew`.
 ///
 /// # Errors
 /// [`RunError`]. A peer that is not there is none: it is waited for.
-pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunError> {
+pub(crate) fn run(membership: &Membership, is_anew: bool) -> Result<(), RunError> {
     let mut process = Process::join(NAME, membership)?;
     let follows = match &process.scene.tracker.source {
         TrackerSource::Markers(source) => Some(Follows::Markers(&source.markers)),
@@ -66,7 +71,9 @@ pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunErro
     let (Some(spec), Some(follows)) = (process.scene.localizer.clone(), follows) else {
         return Err(RunError::NoLocalizer);
     };
-    let driver = driver(&spec.link, follows)?;
+    let mut driver = driver(&spec.link, follows)?;
+    let (memory, handed, known) = Memory::open(&process.run, is_anew).map_err(RunError::Memory)?;
+    driver.go_on(known);
     let output = match follows {
         Follows::Markers(_) => Output::of_markers(&process, &spec.name, driver.markers())?,
         Follows::Emitters(_) => Output::of_emitters(&process)?,
@@ -74,7 +81,9 @@ pub(crate) fn run(membership: &Membership, waited_ms: u64) -> Result<(), RunErro
     let events = Publisher::open(&process.bus, &EVENT, NAME)?;
     let mut localizer = Localizer {
         link: Link::new(&spec.address),
-        clock: clock_of(&spec).having_waited(clock::ns(Duration::from_millis(waited_ms))),
+        clock: clock_of(&spec).going_on(handed),
+        memory,
+        again: Again::default(),
         every_ns: clock::ns(process.scene.limits.stale) / 2,
         images: ImageOutput::new(matches!(&spec.link, LinkSpec::OpenIgtLink(link) if link.images.is_some())),
         attention: Attention::default(),
@@ -127,6 +136,8 @@ struct Localizer {
     link: Link,
     driver: Box<dyn Driver>,
     clock: DeviceClock,
+    memory: Memory,
+    again: Again,
     attention: Attention,
     output: Output,
     images: ImageOutput,
@@ -167,6 +178,10 @@ impl Localizer {
         self.carry_out(acts, process)?;
         self.images.serve_late_joiners();
         let now_ns = process.clock().now_ns();
+        let (handed, known) = (self.clock.hand_over(), self.driver.known());
+        if let Some(words) = self.memory.keep(&process.run, now_ns, handed, known) {
+            self.tell(words, Level::Warning, process)?;
+        }
         if self.link.is_up() {
             let acts = self.driver.tick(now_ns);
             self.carry_out(acts, process)?;
@@ -200,9 +215,15 @@ impl Localizer {
         let (captured, event) = self.clock.capture(frame);
         let captured = self.attention.judged(captured);
         let lost_ns = clock::ns(process.scene.limits.lost);
-        match places {
+        if self.clock.is_again() {
             // No news of a tool: it grows old on the other side.
-            _ if self.clock.is_again() => {}
+            return match self.again.came(frame.arrival_ns, lost_ns) {
+                Some(words) => self.tell(words, Level::Error, process),
+                None => Ok(()),
+            };
+        }
+        self.again.news(frame.arrival_ns);
+        match places {
             None if captured.waited_ns > lost_ns => self.output.send(&refused(frame), captured, process)?,
             None => self.output.send(frame, captured, process)?,
             Some(places) => self.output.send_places(frame.device_ns, captured, places, process)?,
@@ -293,6 +314,7 @@ impl Localizer {
         join([
             waited,
             self.driver.wrong(),
+            self.again.words(),
             self.rate.words(now_ns),
             self.images.words(now_ns),
             self.clock.words(),

@@ -4,6 +4,7 @@ use bus::BusError;
 use bus::message::{Command, CommandKind, Level};
 use bus::port::Request;
 
+use crate::plan::LOCALIZER;
 use crate::state::Run;
 use crate::status::Status;
 use crate::supervise::Event;
@@ -75,10 +76,11 @@ impl Run {
         match self.supervisor.stage_word(i) {
             "held" => {
                 self.children[i].is_held = false;
+                self.localizer_anew |= name == LOCALIZER;
                 Ok((i, format!("starting {name} again")))
             }
             // Its peer may want a person to confirm each connection: nobody else may say when.
-            "ready" if name == "localizer" => Ok((i, "the localizer is started anew and dials".to_owned())),
+            "ready" if name == LOCALIZER => Ok((i, "the localizer is started anew and dials".to_owned())),
             stage => Err(format!(
                 "{name} is {stage}: only a process that ended too often and is held can be brought back"
             )),

@@ -45,8 +45,6 @@ pub(crate) struct Metrics {
     pub(crate) foreign_volume: bool,
     /// How much older than their arrival poses may have been at most, ms: what the localizer noted.
     pub(crate) older_ms: u64,
-    /// How much older poses may be now, ms.
-    pub(crate) older_now_ms: u64,
     continuity: Continuity,
     /// The newest samples with what they came to, oldest first.
     recent: std::collections::VecDeque<(ToolPose, Tracked)>,

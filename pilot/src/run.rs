@@ -209,7 +209,7 @@ impl Run {
             }
             self.noted(i, beat.note_text());
             if self.children[i].name() == LOCALIZER && beat.process_state() == ProcessState::Ready {
-                self.metrics.older_now_ms = self.children[i].older_ms(&beat.note_text()).unwrap_or(0);
+                self.localizer_anew = false;
             }
             if self.children[i].name() == "recorder" {
                 self.unrecorded.heard(&beat);
@@ -270,7 +270,7 @@ impl Run {
         }
         // Whoever asks for it has looked at the peer.
         if self.children[i].name() == LOCALIZER && cause == Restart::ASKED {
-            self.metrics.older_now_ms = 0;
+            self.localizer_anew = true;
         }
         let name = self.children[i].name().to_owned();
         bus::stderr_line!("pilot: {name} ended ({cause})");
@@ -428,9 +428,9 @@ impl Run {
                 more.extend(["--after-ns".to_owned(), pose.t_publish_ns.to_string()]);
             }
         }
-        // What one that died had found of the peer's queue is not forgotten with it.
-        if self.children[i].name() == LOCALIZER && self.metrics.older_now_ms > 0 {
-            more = vec!["--waited-ms".to_owned(), self.metrics.older_now_ms.to_string()];
+        // What one that died knew of the peer is not forgotten with it, unless a person says so.
+        if self.children[i].name() == LOCALIZER && self.localizer_anew {
+            more = vec!["--anew".to_owned()];
         }
         // A replayer that died is followed by one that goes on where it was.
         if self.children[i].name() == REPLAYER

@@ -155,6 +155,8 @@ pub(crate) struct Run {
     pub(crate) tracker_is_done: bool,
     /// `pilot stop` came.
     pub(crate) asked_to_stop: bool,
+    /// A person has looked at the localizer's peer: the next process is to forget what the one before knew of it.
+    pub(crate) localizer_anew: bool,
     /// In simulated time: the newest sample, and when it was first seen.
     pub(crate) newest_came: (Option<u64>, i64),
 }
@@ -230,6 +232,7 @@ impl Run {
             cards_given_up: Vec::new(),
             tracker_is_done: false,
             asked_to_stop: false,
+            localizer_anew: false,
             newest_came: (None, 0),
             session: Session::open(&bus, &context)?,
             pictures: None,

@@ -232,11 +232,9 @@ impl SetStatus {
 fn pose_status(run: &Run, (pose, tracked): &(ToolPose, Tracked), now: i64) -> PoseStatus {
     let age_ns = now.saturating_sub(pose.t_capture_ns);
     let silent = run.held().any(|name| name == "tracker");
-    let state = match (tracked, Ages::of(&run.scene.limits).state(age_ns)) {
+    let state = match tracked {
         _ if silent => FrameState::Lost(Lost::Silent),
-        (Tracked::Lost(reason), FrameState::Live) => FrameState::Lost(*reason),
-        (Tracked::Lost(_), _) => FrameState::Lost(Lost::Silent),
-        (Tracked::Valid(_), state) => state,
+        _ => Ages::of(&run.scene.limits).of_sample(pose, *tracked, now),
     };
     let words = match state {
         FrameState::Lost(reason) => reason.words(),

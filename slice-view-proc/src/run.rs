@@ -409,14 +409,11 @@ impl SliceView {
         }
         let silent = FrameState::Lost(Lost::Silent);
         let (sample, tracked) = self.last.unwrap_or((ToolPose::EMPTY, Tracked::Lost(Lost::Silent)));
-        let aged = self.ages().state(self.age_ns(&sample));
-        let state = match tracked {
-            _ if self.no_poses || self.last.is_none() => silent,
-            Tracked::Valid(_) => aged,
-            Tracked::Lost(reason) if aged == FrameState::Live => FrameState::Lost(reason),
-            Tracked::Lost(_) => silent,
-        };
         let now = self.process.session.clock().now_ns();
+        let state = match self.no_poses || self.last.is_none() {
+            true => silent,
+            false => self.ages().of_sample(&sample, tracked, now),
+        };
         let is_due = match self.drawn {
             Some((drawn, _)) if drawn != state => true,
             Some((_, at_ns)) => state != FrameState::Live && now - at_ns >= clock::ns(AGEING),

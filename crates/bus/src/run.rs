@@ -5,6 +5,7 @@
 //! only, so that no other user can make a file of that name first.
 
 mod error;
+mod kept;
 pub(crate) mod own;
 
 use std::fs::{self, File, OpenOptions};
@@ -31,6 +32,8 @@ const MAX_NAME: usize = 24;
 /// The files of a run's folder that its processes read.
 const FACTS: &str = "run.json";
 const SCENE: &str = "scene.toml";
+/// What the names of files begin with that a process keeps for the one that follows on it.
+const KEPT: &str = "kept-";
 /// How often a pilot tries to take its run, and how long it waits in between: who asks whether it is held has it for less.
 const LOOKS: u32 = 40;
 const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
@@ -311,6 +314,11 @@ impl RunContext {
         // Nothing can be done about a failure here, and the next start tries again.
         let _ = fs::remove_dir_all(self.ipc_root());
         let _ = fs::remove_file(self.began_path());
+        for entry in fs::read_dir(&self.dir).into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(KEPT) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
         let prefix = self.folder_prefix();
         for entry in fs::read_dir(SHM_DIR).into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(&prefix) {

@@ -1,6 +1,9 @@
 //! Clocks of one connection, and of one after another.
 
+mod repeated;
+
 use super::*;
+use crate::driver::Seen;
 
 /// As the scene has it unless it says otherwise.
 const LATEST_NS: i64 = 300_000_000;
@@ -82,7 +85,7 @@ fn a_queue_is_known_to_who_comes_next_and_ends_when_the_clock_steps_forward() {
     };
     run(&mut clock, 0..20, 300_000);
     assert!(run(&mut clock, 20..40, queue_ns) <= 6);
-    let mut next = DeviceClock::new(StampRule::Mapped, 0, 0).having_waited(clock.waited_ns());
+    let mut next = DeviceClock::new(StampRule::Mapped, 0, 0).going_on(clock.hand_over());
     clock.reconnected();
     for clock in [&mut clock, &mut next] {
         assert!(

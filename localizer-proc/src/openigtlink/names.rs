@@ -95,6 +95,19 @@ impl Names {
         self.has_more &= self.tool.is_none();
     }
 
+    /// Where the scene names no tool: the names that came.
+    pub(super) fn came(&self) -> Vec<Vec<u8>> {
+        self.only.iter().map(|name| name.as_bytes().to_vec()).collect()
+    }
+
+    /// These came before, to another process.
+    pub(super) fn go_on(&mut self, came: &[Vec<u8>]) {
+        let names = came.iter().filter_map(|name| std::str::from_utf8(name).ok());
+        let names = names.filter_map(|name| DeviceName::new(name).ok());
+        self.only = names.take(if self.tool.is_none() { LISTED } else { 0 }).collect();
+        self.before = self.only.len();
+    }
+
     /// What `name` is.
     pub(super) fn find(&mut self, name: &DeviceName) -> Named {
         let bytes = name.as_bytes();

@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "how long a test waits is its own time")]
 
 mod cases;
+mod successor;
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

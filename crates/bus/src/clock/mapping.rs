@@ -20,6 +20,7 @@
 mod backlog;
 mod creep;
 mod envelope;
+mod handed;
 mod hull;
 mod quality;
 mod settings;
@@ -29,6 +30,7 @@ mod stamps;
 mod told;
 mod trial;
 
+pub use handed::{Handed, HandedLaw};
 pub use quality::{Event, Mapped, Quality, Reason};
 pub use settings::{Settings, Status};
 pub use spread::Spread;
@@ -57,6 +59,8 @@ pub struct Mapping {
     creep: Creep,
     /// The law before the one that has not settled yet.
     before: Option<Before>,
+    /// That of the process before, until the first frame comes.
+    handed: Option<HandedLaw>,
     /// Another connection was made, and no frame came over it yet.
     is_anew: bool,
     backlog: Backlog,
@@ -101,6 +105,7 @@ impl Mapping {
             behind: Trial::new(law(), Side::Behind),
             creep: Creep::default(),
             before: None,
+            handed: None,
             is_anew: false,
             backlog: Backlog::default(),
             held_up_ns: 0,
@@ -114,12 +119,37 @@ impl Mapping {
         }
     }
 
-    /// The same, of whose frames it is known that they may have waited for so long: another connection alone ends no queue of the peer.
+    /// The same, of a device that another process has followed: neither another process nor another connection ends a queue of the peer.
     #[must_use]
-    pub fn having_waited(self, waited_ns: i64) -> Self {
+    pub fn going_on(self, handed: Handed) -> Self {
         Self {
-            backlog: Backlog::of(waited_ns),
+            backlog: Backlog::of(handed.waited_ns),
+            // A law that somebody followed is that of a clock: frames that leave it are late by it.
+            held: handed
+                .law
+                .map(|law| (law.arrival_ns.saturating_sub(GOOD_NS), law.arrival_ns)),
+            handed: handed.law,
             ..self
+        }
+    }
+
+    /// What a process that follows is to know; a frame of this stamp came then.
+    pub fn hand_over(&self, device_ns: i64, arrival_ns: i64) -> Handed {
+        let skew = self.law.skew().now;
+        let settled = self.law.has_settled().then(|| HandedLaw {
+            device_ns,
+            arrival_ns: self.law.arrival_of(device_ns, arrival_ns),
+            skew,
+        });
+        // One that has not settled knows less than the one before.
+        let before = self.before.map(|before| HandedLaw {
+            device_ns: before.device_ns,
+            arrival_ns: before.arrival_ns,
+            skew,
+        });
+        Handed {
+            law: settled.or(before).or(self.handed),
+            waited_ns: self.backlog.ns(),
         }
     }
 
@@ -135,6 +165,11 @@ impl Mapping {
     /// How long frames may have waited beside what the law says, as of the newest, ns.
     pub fn waits_ns(&self) -> i64 {
         self.backlog.ns().saturating_add(self.held_up_ns)
+    }
+
+    /// The same of all frames, and not of the newest alone, which may be one of before.
+    pub fn backlog_ns(&self) -> i64 {
+        self.backlog.ns()
     }
 
     /// When the frame was captured that the device stamped `device_ns` and that arrived at `arrival_ns` on the run's clock, both in
@@ -254,14 +289,16 @@ impl Mapping {
 
     /// The law begins with this frame, and is held against the one before once it has settled.
     fn begin_anew(&mut self, silence: f64, device_ns: i64, arrival_ns: i64) {
+        let least_ns = |silence: f64| (AHEAD_NS + UNKNOWN_SKEW * silence) as i64;
         if self.law.has_settled() {
-            let late = self.law.late(device_ns, arrival_ns) as i64;
             self.before = Some(Before {
                 device_ns,
-                arrival_ns: arrival_ns.saturating_sub(late),
-                least_ns: (AHEAD_NS + UNKNOWN_SKEW * silence) as i64,
+                arrival_ns: self.law.arrival_of(device_ns, arrival_ns),
+                least_ns: least_ns(silence),
                 counted_ns: 0,
             });
+        } else if let Some(handed) = self.handed.take() {
+            self.before = Some(handed.before(device_ns, least_ns, arrival_ns));
         }
         let skew = self.law.skew();
         self.law.clear(skew);

@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::images::{CENTRE_HU, FIELD_MM, WIDTH_HU};
 use super::tissue::{WHY_WORDS, packed, unpacked};
-use super::{Lost, TargetShown, TissueShown, VolumeHash};
+use super::{Lost, TargetShown, TissueShown, ToolPose, Tracked, VolumeHash};
 use crate::clock;
 use geometry::SlicePlane;
 use geometry::checked::{self, DoorError};
@@ -103,6 +103,18 @@ impl Ages {
             age if age > self.lost_ns => FrameState::Lost(Lost::Silent),
             age if age > self.stale_ns => FrameState::Stale,
             _ => FrameState::Live,
+        }
+    }
+
+    /// What the newest sample of a tracker, which came to `tracked`, is at `now_ns`. One without a pose says why as long as it is news: it bears
+    /// the time when nothing was seen, which behind a queue is long ago, and its source is silent only where it has long been *published*.
+    pub fn of_sample(self, sample: &ToolPose, tracked: Tracked, now_ns: i64) -> FrameState {
+        match tracked {
+            Tracked::Valid(_) => self.state(now_ns.saturating_sub(sample.t_capture_ns)),
+            Tracked::Lost(reason) => match self.state(now_ns.saturating_sub(sample.t_publish_ns)) {
+                FrameState::Live => FrameState::Lost(reason),
+                _ => FrameState::Lost(Lost::Silent),
+            },
         }
     }
 }
@@ -328,7 +340,7 @@ impl FrameHeader {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use geometry::{Direction, Point};
+    use geometry::{Direction, Point, Rigid};
 
     #[test]
     fn the_plane_of_an_image_is_that_of_its_renderer_or_refused() {
@@ -505,6 +517,26 @@ mod tests {
             ..stamp
         };
         assert_eq!(lost.state_at(9999, ages), Some(FrameState::Lost(Lost::NotSeen)));
+    }
+
+    /// Behind a queue of 3 s a tool that was not seen, or whose poses were refused as too old, was a silent tracker.
+    #[test]
+    fn a_sample_without_a_pose_says_why_as_long_as_it_is_news() {
+        let ages = Ages {
+            stale_ns: 100,
+            lost_ns: 500,
+        };
+        let sample = ToolPose {
+            t_capture_ns: 1000,
+            t_publish_ns: 4000,
+            ..ToolPose::EMPTY
+        };
+        let lost = |now_ns| ages.of_sample(&sample, Tracked::Lost(Lost::Refused), now_ns);
+        assert_eq!(lost(4100), FrameState::Lost(Lost::Refused));
+        assert_eq!(lost(4101), FrameState::Lost(Lost::Silent));
+        let valid = |now_ns| ages.of_sample(&sample, Tracked::Valid(Rigid::identity()), now_ns);
+        assert_eq!((valid(1100), valid(1101)), (FrameState::Live, FrameState::Stale));
+        assert_eq!(valid(4000), FrameState::Lost(Lost::Silent));
     }
 
     #[test]

@@ -100,6 +100,11 @@ impl Envelope {
         self.line.below(self.point(device_ns, arrival_ns))
     }
 
+    /// When a frame of this stamp arrives at the earliest by the law; about `near_ns`, for the precision.
+    pub(super) fn arrival_of(&self, device_ns: i64, near_ns: i64) -> i64 {
+        near_ns.saturating_sub(self.late(device_ns, near_ns) as i64)
+    }
+
     /// How long no frame was taken before this one. Both its stamp and its arrival must say so: one alone is a step, or a stall.
     pub(super) fn silence(&self, device_ns: i64, arrival_ns: i64) -> f64 {
         let (point, newest) = (self.point(device_ns, arrival_ns), self.newest);

@@ -67,6 +67,61 @@ fn what_a_law_falls_by_is_counted_once() {
     assert_none_younger(&all, &link, 1.0, WITHIN_NS, "busy");
 }
 
+/// Frames of a link, of which those from `at_s` on are mapped by a process that was handed what the one before knew.
+fn mapped_by_two(at_s: f64, link: &Link) -> Vec<Mapped> {
+    let mut mapping = Mapping::new(Settings::default());
+    let (mut is_next, mut last) = (false, (0, 0));
+    let frames = link.device.iter().zip(&link.arrival);
+    frames
+        .map(|(&device, &arrival)| {
+            if arrival >= at_s && !std::mem::replace(&mut is_next, true) {
+                mapping = Mapping::new(Settings::default()).going_on(mapping.hand_over(last.0, last.1));
+                // A new process makes a new connection.
+                mapping.reconnected();
+            }
+            is_next = arrival >= at_s;
+            last = (ns(device), ns(arrival));
+            mapping.map(last.0, last.1)
+        })
+        .collect()
+}
+
+/// A queue that came within the last 4 s before a process died, which its law had not followed yet, was unknown to the next one: poses of 3 s before
+/// as of the present.
+#[test]
+fn a_queue_that_a_process_had_not_followed_yet_is_known_to_the_next_one() {
+    for plan in [ETHERNET, WIFI] {
+        let plan = Plan { length_s: 90.0, ..plan };
+        for (part, most_s) in [(0.05, 3.0), (0.5, 3.0), (0.95, 0.2)] {
+            let link = queued(&plan, part, most_s);
+            for after_s in [-0.5, 0.05, 0.3, 1.0, 3.9, 20.0] {
+                let what = format!("{} {part} {most_s} {after_s}", plan.name);
+                let all = mapped_by_two(20.0 + most_s + after_s, &link);
+                assert_none_younger(&all, &link, 1.0, WITHIN_NS, &what);
+                // And it is no queue any more once it has ended.
+                let last = all.last().map_or(i64::MAX, |mapped| mapped.waited_ns);
+                assert!(last < 2 * WITHIN_NS, "{what}: {last}");
+            }
+        }
+    }
+}
+
+/// What was handed over as a queue of 5 s, and was a lost marker's old stamp, kept a healthy peer away until the run ended.
+#[test]
+fn a_process_that_follows_on_a_link_without_a_queue_has_none() {
+    for plan in LINKS {
+        let link = plan.link(2);
+        for (mapped, truth) in mapped_by_two(63.0, &link).iter().zip(&link.truth) {
+            let older = ns(*truth) - mapped.capture_ns.saturating_sub(mapped.waited_ns);
+            assert!(
+                older < 2 * WITHIN_NS,
+                "{}: {truth} by {older} ns, {mapped:?}",
+                plan.name
+            );
+        }
+    }
+}
+
 /// A link without a queue has none behind another connection either.
 #[test]
 fn another_connection_alone_is_no_queue() {
