@@ -25,9 +25,9 @@ impl Newest {
         (self.stamp_ns, self.arrival_ns)
     }
 
-    /// Whether a stamp is none that is later: of a marker that is not seen it is that of when it was.
+    /// Whether a stamp is not known to be a later one: of a marker that is not seen it may be that of when it was.
     pub(crate) fn is_no_later(&self, stamp_ns: i64) -> bool {
-        stamp_ns <= self.stamp_ns
+        self.stamp_ns == 0 || stamp_ns <= self.stamp_ns
     }
 
     /// Takes a frame; whether it has the stamp of the one before and holds what a frame of that stamp held. In which order its markers

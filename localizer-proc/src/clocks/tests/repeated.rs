@@ -98,8 +98,15 @@ fn the_old_stamp_of_a_lost_tool_is_no_queue() {
             "{i}"
         );
     }
-    let captured = poses(&mut clock, 30..31, 300_000);
-    assert!(captured.waited_ns == 0 && captured.uncertain_ns > 0, "{captured:?}");
+    // Nor to a process that begins with it.
+    let mut next = new().going_on(clock.hand_over());
+    next.reconnected();
+    come(&mut next, 20 * 60 * STEP_NS - STEP_NS, 30 * 60 * STEP_NS, vec![lost()]);
+    for clock in [&mut clock, &mut next] {
+        let captured = poses(clock, 30..31, 300_000);
+        assert!(captured.waited_ns == 0 && captured.uncertain_ns > 0, "{captured:?}");
+        assert!(clock.words().contains("p99 0."), "{}", clock.words());
+    }
 }
 
 /// A peer that hung and sent its last pose as a matrix and as a quaternion in turns, whose numbers are rounded otherwise, was of the present.
