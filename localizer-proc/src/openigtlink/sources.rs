@@ -107,10 +107,10 @@ impl Sources {
         self.markers.is_empty()
     }
 
-    /// Whether the list of this name has had the marker, so that it is lost where that leaves it out. Where too many have, any may.
-    pub(super) fn has_had(&self, marker: u32, list: DeviceName) -> bool {
+    /// Whether a list of this name loses the marker by leaving it out: where it has had it, or no list has. Where too many have, any may.
+    pub(super) fn loses(&self, marker: u32, list: DeviceName) -> bool {
         let of = self.markers.iter().find(|of| of.marker == marker);
-        of.is_some_and(|of| of.lists.contains(&list) || of.lists.len() >= KNOWN)
+        of.is_some_and(|of| of.lists.is_empty() || of.lists.contains(&list) || of.lists.len() >= KNOWN)
     }
 
     /// A list of this name has the marker.

@@ -41,7 +41,7 @@ impl OpenIgtLink {
         }
     }
 
-    /// A message of all tools of one instant. One that is not in it was not seen, where a list of this name has had it.
+    /// A message of all tools of one instant. One that is not in it was not seen, unless it belongs to another list.
     pub(super) fn several(
         &mut self,
         message: &Message<'_>,
@@ -50,17 +50,15 @@ impl OpenIgtLink {
     ) {
         let (stamp, from) = (message.stamp, Source::list(message.body.kind(), message.device));
         let mut all = self.listed((stamp, from), message, tools, acts);
-        let is_of_others = all.is_empty();
+        let in_it: Vec<u32> = all.iter().map(|seen| seen.marker).collect();
         for marker in self.names.markers() {
-            let is_in_it = all.iter().any(|seen| seen.marker == marker);
-            if !is_in_it && self.sources.has_had(marker, message.device) {
+            if !in_it.contains(&marker) && self.sources.loses(marker, message.device) {
                 let outcome = Err(Lost::NotSeen);
                 let (outcome, _) = self.instants.judge((stamp, from), marker, outcome, self.now_ns);
                 all.push(Seen { marker, outcome });
             }
         }
-        let is_first = is_of_others && self.sources.are_none();
-        let in_it: Vec<u32> = all.iter().map(|seen| seen.marker).collect();
+        let is_first = self.sources.are_none();
         let taken = self.sources.take(from, stamp, all, self.now_ns);
         in_it
             .into_iter()

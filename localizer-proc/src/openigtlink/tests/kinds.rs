@@ -271,6 +271,11 @@ fn a_list_that_never_had_a_tool_does_not_lose_it() {
         lost.hear(&mut client, &list("Others", now_ns, &[("X", 1.0), ("Y", 2.0)]), now_ns);
     }
     assert_eq!((lost.whole(&[1]), lost.whole(&[0]), lost.frames.len()), (50, 0, 50));
+    // So does one of which nobody knows that it is of others.
+    let mut unknown = super::client(StatusRule::Required);
+    unknown.bytes(&transform(T, 0, 1.0, "OK"), 0);
+    let acts = unknown.bytes(&list("", 0, &[("X", 1.0)]), MS);
+    assert_eq!(seen(&frames(acts)[0]), [(0, Err(Lost::NotSeen))]);
     // And nothing is not silence: who sends empty lists says that nothing is seen.
     let mut empty = super::client(StatusRule::Required);
     let acts = empty.bytes(&list("Tracking", 0, &[]), 0);
