@@ -1,8 +1,8 @@
 //! A peer that speaks OpenIGTLink: its poses of tools as frames of markers.
 //!
 //! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`stated`], [`status`]), says
-//! nothing else under the same stamp ([`instants`], [`twins`]), and its numbers are a rotation and a place ([`pose`]): [`tools`]. TRANSFORMs
-//! are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of an ultrasound scanner are passed on where the scene asks
+//! nothing else under the same stamp ([`instants`], [`twins`]), and its numbers are a rotation and a place ([`pose`]): [`tools`]. One kind of
+//! message of each marker makes frames ([`sources`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of an ultrasound scanner are passed on where the scene asks
 //! for them ([`images`]).
 
 mod gather;
@@ -11,12 +11,15 @@ mod instants;
 mod names;
 mod pose;
 mod reason;
+mod sources;
 mod stated;
 mod status;
 #[cfg(test)]
 mod tests;
+mod together;
 mod tools;
 mod twins;
+mod words;
 
 use bus::clock;
 use igtl::session::{self, Action, Ask, Client, ClientRules, Event, Speaks};
@@ -31,6 +34,8 @@ use images::Images;
 use instants::Instants;
 use names::Names;
 use reason::Reason;
+use sources::Sources;
+use together::Together;
 use twins::Twins;
 
 pub(crate) use images::Picture;
@@ -60,6 +65,8 @@ pub(crate) struct OpenIgtLink {
     gather: Gather,
     twins: Twins,
     instants: Instants,
+    sources: Sources,
+    together: Together,
     /// The images that the scene asks for; `None`: none.
     images: Option<Images>,
     /// Markers of which the peer has stated a status, on this connection or one before.
@@ -105,12 +112,14 @@ impl OpenIgtLink {
         Ok(Self {
             spec: spec.clone(),
             gather: Gather::new(names.markers()),
+            instants: Instants::new(spec.max_rotation_error),
+            sources: Sources::new(names.markers()),
+            together: Together::new(&names.markers()),
             names,
             session: Client::new(rules),
             decoder: Decoder::new(limits(spec.images.is_some())),
             images: spec.images.as_ref().map(Images::new),
             twins: Twins::default(),
-            instants: Instants::default(),
             stated: Vec::new(),
             reason: Reason::default(),
             falls_back: false,
@@ -213,7 +222,9 @@ impl Driver for OpenIgtLink {
         self.images.iter_mut().for_each(Images::forget);
         self.gather = Gather::new(self.names.markers());
         self.twins = Twins::default();
-        self.instants = Instants::default();
+        self.instants = Instants::new(self.spec.max_rotation_error);
+        self.sources = Sources::new(self.names.markers());
+        self.together = Together::new(&self.names.markers());
         self.reason = Reason::default();
         self.falls_back = false;
         self.told = Once::default();
@@ -240,7 +251,8 @@ impl Driver for OpenIgtLink {
                 Err(malformed) => {
                     self.refused += 1;
                     acts.push(Act::Refused);
-                    acts.extend(self.gather.damage().map(Act::Frame));
+                    let ended = self.gather.damage();
+                    self.go_out(ended, &mut acts);
                     let actions = self.session.step(Event::Refused(&malformed), now_ns);
                     self.carry_out(actions, &mut acts);
                     if malformed.recovery == Recovery::Close {
@@ -255,7 +267,9 @@ impl Driver for OpenIgtLink {
 
     fn tick(&mut self, now_ns: i64) -> Vec<Act> {
         self.now_ns = now_ns;
-        let mut acts: Vec<Act> = self.gather.expired(now_ns).into_iter().map(Act::Frame).collect();
+        let mut acts = Vec::new();
+        let expired = self.gather.expired(now_ns);
+        self.go_out(expired, &mut acts);
         let come = self.decoder.come();
         let actions = self.session.step(Event::Tick { come }, now_ns);
         self.carry_out(actions, &mut acts);

@@ -128,6 +128,21 @@ impl Names {
         }
     }
 
+    /// The name of a marker, for people.
+    pub(super) fn of(&self, marker: u32) -> String {
+        let own = match marker {
+            MarkerFrame::REFERENCE => &self.reference,
+            _ => &self.tool,
+        };
+        let only = || {
+            self.only
+                .first()
+                .map_or_else(|| "the tool".to_owned(), ToString::to_string)
+        };
+        let name = own.as_ref().map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        name.unwrap_or_else(only)
+    }
+
     /// The scene's name of a tool that has this one on the wire: the status of a TDATA has a key of the whole name.
     pub(super) fn whole(&self, name: &DeviceName) -> String {
         let is_it = |whole: &&String| whole.as_bytes().iter().take(BYTES).eq(name.as_bytes());

@@ -88,6 +88,16 @@ pub(super) fn not_near(tool: Tool, least_mm: f64) -> Result<Tool, PoseError> {
     }
 }
 
+/// Whether two poses are further apart than numbers of single precision make of one: by more than `most_rad`, or by eight roundings of the
+/// place.
+pub(super) fn are_apart(a: &Tool, b: &Tool, most_rad: f64) -> bool {
+    let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
+    let [there, here] = [a, b].map(Rigid::translation_mm);
+    let shift = [0, 1, 2].map(|axis| there[axis] - here[axis]);
+    let rounding_mm = 8.0 * f64::from(f32::EPSILON) * length(there).max(length(here));
+    length(shift) > rounding_mm || (a.inverse() * *b).angle() > most_rad
+}
+
 fn placed(place: [f32; 3]) -> Result<[f64; 3], PoseError> {
     let [x, y, z] = place.map(f64::from);
     let found_mm = x.hypot(y).hypot(z);
@@ -134,6 +144,7 @@ mod tests {
                 prop_assert!(off.angle() < 1e-6, "{off:?}");
                 let shifts = found.translation_mm().into_iter().zip(pose.translation_mm());
                 prop_assert!(shifts.into_iter().all(|(a, b)| (a - b).abs() < 2e-4));
+                prop_assert!(!are_apart(&found, &pose, 1e-5));
             }
         }
     }

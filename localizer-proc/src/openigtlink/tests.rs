@@ -2,6 +2,8 @@
 
 mod deceived;
 mod fuzzed;
+mod kinds;
+mod stamps;
 
 use std::time::Duration;
 

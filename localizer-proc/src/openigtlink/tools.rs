@@ -1,45 +1,90 @@
 //! Tools of messages as markers of the scene: each with a pose that counts, or the reason why there is none.
 
 use bus::message::Lost;
-use igtl::{DeviceName, Message, Stamp, ToolKind, ToolStatus, TypeName};
+use igtl::{DeviceName, Message, Stamp, ToolKind, ToolStatus};
 use scene::localizer::StatusRule;
 
 use super::names::Named;
 use super::pose::{PoseError, Tool, not_near};
+use super::sources::Source;
 use super::{OpenIgtLink, stamp_ns, stated, status};
 use crate::driver::{Act, Frame, Seen};
 
 /// A stamp and the kind of the message that has it.
-type Said = (Stamp, TypeName);
+type Said = (Stamp, Source);
 
 impl OpenIgtLink {
     /// A message of one tool.
     pub(super) fn one(&mut self, message: &Message<'_>, pose: Result<Tool, PoseError>, acts: &mut Vec<Act>) {
-        let said = (message.stamp, message.body.kind());
-        let stated = stated::of_transform(&message.metadata);
-        let Some(seen) = self.seen(said, &message.device, stated, pose, acts) else {
+        let (stamp, from) = (message.stamp, Source::one(message.body.kind()));
+        let stated = stated::of_transform(&self.names, &message.metadata, &message.device);
+        let Some(seen) = self.seen((stamp, from), &message.device, stated, pose, acts) else {
             return;
         };
         if self.instants.stand_still() {
             self.gather.never_combine();
         }
-        let frames = self.gather.add(message.stamp, seen, self.now_ns);
-        if self.gather.is_alone() && self.names.markers().len() > 1 {
-            let words = "the peer's stamps do not say which poses are of one instant: those of tool and patient are not combined";
-            self.doubt("stamps do not tell instants apart", words.to_owned(), acts);
+        let taken = self.sources.take(from, stamp, vec![seen], self.now_ns);
+        self.tell_of_sources(&taken.news, acts);
+        for seen in taken.lost {
+            // Of what is being gathered it goes out with the rest.
+            if let Err(lost) = seen.outcome
+                && !self.gather.lose(seen.marker, lost)
+            {
+                self.go_out(Some(self.at_once(stamp, vec![seen])), acts);
+            }
         }
-        acts.extend(frames.into_iter().map(Act::Frame));
+        for seen in taken.frame {
+            let frames = self.gather.add(stamp, seen, self.now_ns);
+            self.doubt_of_gathering(&message.device, &seen, acts);
+            self.go_out(frames, acts);
+        }
     }
 
-    /// A message of all tools of one instant. One that is not in it was not seen.
+    /// A message of all tools of one instant. One that is not in it was not seen, unless it belongs to another list.
     pub(super) fn several(
         &mut self,
         message: &Message<'_>,
         tools: Vec<(DeviceName, ToolKind, Result<Tool, PoseError>)>,
         acts: &mut Vec<Act>,
     ) {
-        acts.extend(self.gather.close().map(Act::Frame));
-        let said = (message.stamp, message.body.kind());
+        let (stamp, from) = (message.stamp, Source::list(message.body.kind(), message.device));
+        let mut all = self.listed((stamp, from), message, tools, acts);
+        let in_it: Vec<u32> = all.iter().map(|seen| seen.marker).collect();
+        for marker in self.names.markers() {
+            if !in_it.contains(&marker) && self.sources.loses(marker, message.device) {
+                let outcome = Err(Lost::NotSeen);
+                let (outcome, _) = self.instants.judge((stamp, from), marker, outcome, self.now_ns);
+                all.push(Seen { marker, outcome });
+            }
+        }
+        let is_first = self.sources.are_none();
+        let taken = self.sources.take(from, stamp, all, self.now_ns);
+        in_it
+            .into_iter()
+            .for_each(|marker| self.sources.list_has(marker, message.device));
+        self.tell_of_sources(&taken.news, acts);
+        for seen in &taken.lost {
+            let _ = self
+                .gather
+                .lose(seen.marker, seen.outcome.err().unwrap_or(Lost::Refused));
+        }
+        let seen = [taken.frame, taken.lost].concat();
+        if is_first || !seen.is_empty() {
+            let gathered = self.gather.close();
+            self.go_out(gathered, acts);
+            self.go_out(Some(self.at_once(stamp, seen)), acts);
+        }
+    }
+
+    /// The markers that are in a list, each once.
+    fn listed(
+        &mut self,
+        said: Said,
+        message: &Message<'_>,
+        tools: Vec<(DeviceName, ToolKind, Result<Tool, PoseError>)>,
+        acts: &mut Vec<Act>,
+    ) -> Vec<Seen> {
         let names: Vec<DeviceName> = tools.iter().map(|(name, ..)| *name).collect();
         let mut all: Vec<Seen> = Vec::with_capacity(tools.len());
         for (name, kind, pose) in tools {
@@ -58,18 +103,29 @@ impl OpenIgtLink {
                 None => all.push(seen),
             }
         }
-        for marker in self.names.markers() {
-            if self.instants.know(marker) && !all.iter().any(|seen| seen.marker == marker) {
-                let _ = self.instants.judge(said, marker, Err(Lost::NotSeen), self.now_ns);
-            }
-        }
-        acts.push(Act::Frame(Frame {
-            device_ns: stamp_ns(message.stamp),
+        all
+    }
+
+    /// What came in this moment.
+    fn at_once(&self, stamp: Stamp, seen: Vec<Seen>) -> Frame {
+        Frame {
+            device_ns: stamp_ns(stamp),
             first_ns: self.now_ns,
             arrival_ns: self.now_ns,
             asked_ns: self.now_ns,
-            seen: all,
-        }));
+            seen,
+        }
+    }
+
+    /// Frames go out.
+    pub(super) fn go_out(&mut self, frames: impl IntoIterator<Item = Frame>, acts: &mut Vec<Act>) {
+        for frame in frames {
+            let are_apart = self.together.are_apart(&frame, self.now_ns);
+            if are_apart && !self.gather.is_alone() {
+                self.doubt_of_stamps(acts);
+            }
+            acts.push(Act::Frame(frame));
+        }
     }
 
     /// A tool of a message as a marker of the scene; none where the scene does not name it.
@@ -96,12 +152,9 @@ impl OpenIgtLink {
             return Some(Seen { marker, outcome });
         }
         let outcome = self.outcome(marker, name, stated, pose, acts);
-        let (outcome, is_contradicted) = self.instants.judge(said, marker, outcome, self.now_ns);
-        if is_contradicted {
-            let words = format!(
-                "the peer says of {name} under one stamp that it is seen and that it is not: it has no pose while that is so"
-            );
-            self.doubt(&format!("{name} is seen and lost under one stamp"), words, acts);
+        let (outcome, against) = self.instants.judge(said, marker, outcome, self.now_ns);
+        if let Some(against) = against {
+            self.doubt_of_peer(name, against, acts);
         }
         let seen = self.not_two(said.0, name, Seen { marker, outcome }, acts);
         Some(seen)
@@ -148,34 +201,5 @@ impl OpenIgtLink {
             Ok(tool) => Ok((tool, 0.0)),
             Err(error) => Err(self.refuse(name, &error, acts)),
         }
-    }
-
-    /// It, unless the peer has two tools of this name.
-    fn not_two(&mut self, stamp: Stamp, name: &DeviceName, seen: Seen, acts: &mut Vec<Act>) -> Seen {
-        if !self.twins.are_two(stamp, &seen, self.now_ns) {
-            return seen;
-        }
-        let words =
-            format!("the peer sends {name} twice at one time, at two places: two tools with one name have no pose");
-        self.doubt(&format!("two tools are named {name}"), words, acts);
-        self.gather.refuse(seen.marker);
-        Seen {
-            outcome: Err(Lost::Refused),
-            ..seen
-        }
-    }
-
-    /// A message that holds no pose is counted.
-    fn refuse(&mut self, name: &DeviceName, error: &PoseError, acts: &mut Vec<Act>) -> Lost {
-        acts.push(Act::Refused);
-        let words = format!("{name}: {error}");
-        self.doubt(&words.clone(), words, acts);
-        Lost::Refused
-    }
-
-    /// Why a pose does not count, in a few words and in more.
-    fn doubt(&mut self, few: &str, words: String, acts: &mut Vec<Act>) {
-        self.reason.came(few, self.now_ns);
-        acts.extend(self.told.say(words));
     }
 }

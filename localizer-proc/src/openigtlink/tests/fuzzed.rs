@@ -98,9 +98,41 @@ struct Sequence<'a> {
     stamp_ns: i64,
     now_ns: i64,
     x: f32,
+    /// The kinds of message that its peer sends, as many times as they are likely.
+    kinds: &'static [Sends],
     /// Poses that were shown.
     shown: u64,
 }
+
+/// A kind of message.
+#[derive(Debug, Clone, Copy)]
+enum Sends {
+    Transform,
+    Position,
+    Tdata,
+    Qtdata,
+}
+
+/// Of most peers one kind makes the frames of a marker, and others are held against it; the rest of the peers send one alone.
+const KINDS: [&[Sends]; 5] = [
+    &[Sends::Transform],
+    &[Sends::Tdata],
+    &[Sends::Transform, Sends::Position],
+    &[
+        Sends::Transform,
+        Sends::Transform,
+        Sends::Position,
+        Sends::Tdata,
+        Sends::Qtdata,
+    ],
+    &[
+        Sends::Transform,
+        Sends::Transform,
+        Sends::Position,
+        Sends::Tdata,
+        Sends::Qtdata,
+    ],
+];
 
 impl<'a> Sequence<'a> {
     fn new(chance: &'a mut Chance) -> Self {
@@ -117,8 +149,10 @@ impl<'a> Sequence<'a> {
         }
         let mut client = OpenIgtLink::new(&spec, &markers).unwrap();
         client.connected(0);
+        let kinds = chance.of(&KINDS);
         Self {
             chance,
+            kinds,
             client,
             rule,
             tool,
@@ -179,11 +213,11 @@ impl<'a> Sequence<'a> {
     fn message(&mut self) -> Vec<u8> {
         // What is said in a message that does not come whole is not heard.
         self.is_damaged = self.chance.below(30) == 0;
-        let mut bytes = match self.chance.below(5) {
-            0 | 1 => self.one(false),
-            2 => self.one(true),
-            3 => self.several(false),
-            _ => self.several(true),
+        let mut bytes = match self.chance.of(self.kinds) {
+            Sends::Transform => self.one(false),
+            Sends::Position => self.one(true),
+            Sends::Tdata => self.several(false),
+            Sends::Qtdata => self.several(true),
         };
         if self.is_damaged {
             let at = 58 + self.chance.below(bytes.len() as u64 - 58) as usize;
@@ -277,7 +311,8 @@ impl<'a> Sequence<'a> {
                     .collect(),
             ),
         };
-        self.bytes(DeviceName::EMPTY, body, &words)
+        let list = self.chance.of(&["", "", "Tracking"]);
+        self.bytes(DeviceName::new(list).unwrap(), body, &words)
     }
 
     /// A place that no other tool of the sequence has, and that a localizer sees.
