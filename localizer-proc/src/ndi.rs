@@ -11,18 +11,17 @@ use scene::localizer::NdiSpec;
 use scene::tracking::PosedMarkers;
 
 use crate::driver::{Act, Driver, Follows, Frame, Seen};
-use crate::state::Once;
 
 mod pose;
 mod single;
+mod told;
 
 use pose::UNIT_TOLERANCE;
 use single::{ShapeError, Single};
+use told::Told;
 
 /// The longest file of a tool definition: what devices hold is 1024 bytes, and files may be padded.
 const MOST_BYTES: u64 = 64 << 10;
-/// Told once on a connection; how often it was so stands in the status.
-const OF_BEFORE: &str = "the device, or what is between, gave a reply of before (the number of its frame goes back): such replies are not used";
 
 /// Why a localizer cannot be set up.
 #[derive(Debug, thiserror::Error)]
@@ -63,11 +62,11 @@ pub(crate) struct Ndi {
     single: Option<Single>,
     poll_ns: i64,
     sent_ns: i64,
-    told: Once,
+    told: Told,
     /// What the device says of itself, in words that no other words begin with.
     words: String,
-    /// Replies of before on this connection.
-    of_before: u64,
+    /// When it was looked at last.
+    now_ns: i64,
 }
 
 impl Ndi {
@@ -107,14 +106,15 @@ impl Ndi {
             poll_ns: rules.poll_ns,
             session: Client::new(rules),
             sent_ns: 0,
-            told: Once::default(),
+            told: Told::default(),
             words: String::new(),
-            of_before: 0,
+            now_ns: 0,
         })
     }
 
     fn carry_out(&mut self, actions: Vec<Action>, now_ns: i64) -> Vec<Act> {
         let mut acts = Vec::new();
+        self.now_ns = now_ns;
         // A reply is to the question before: the next one may be among the actions already.
         let asked_ns = self.sent_ns;
         for action in actions {
@@ -124,32 +124,18 @@ impl Ndi {
                     acts.push(Act::Send(bytes));
                 }
                 Action::Publish(frame, _) => acts.extend(self.published(&frame, (asked_ns, now_ns))),
-                Action::Tell(notice) => self.tell(&notice, &mut acts),
+                Action::Tell(notice) => {
+                    if let Notice::Version(version) = &notice {
+                        self.words = device_words(version);
+                    }
+                    acts.extend(self.told.notice(&notice, now_ns));
+                }
                 Action::Close(reason) => acts.push(Act::Close(reason.to_string())),
                 // A network has no speed.
                 Action::Speed(_) => {}
             }
         }
         acts
-    }
-
-    fn tell(&mut self, notice: &Notice, acts: &mut Vec<Act>) {
-        match notice {
-            // Polls are more frequent than frames.
-            Notice::SameFrame { .. } | Notice::NoFrame => return,
-            Notice::Version(version) => self.words = device_words(version),
-            Notice::Back { .. } => {
-                self.of_before += 1;
-                acts.push(Act::Refused);
-                acts.extend(self.told.say(OF_BEFORE.to_owned()));
-                return;
-            }
-            Notice::Malformed(_) | Notice::Refused { .. } | Notice::NotAnAnswer { .. } | Notice::Unanswered { .. } => {
-                acts.push(Act::Refused);
-            }
-            _ => {}
-        }
-        acts.extend(self.told.say(notice.to_string()));
     }
 
     fn published(&mut self, frame: &ndi::Frame, times: (i64, i64)) -> Vec<Act> {
@@ -268,9 +254,9 @@ pub(crate) fn rom(path: &Path) -> Result<Rom, SetUpError> {
 
 impl Driver for Ndi {
     fn connected(&mut self, now_ns: i64) -> Vec<Act> {
-        self.told = Once::default();
+        self.told = Told::default();
         self.single.iter_mut().for_each(Single::forget);
-        (self.words, self.of_before) = ("setting up".to_owned(), 0);
+        "setting up".clone_into(&mut self.words);
         let actions = self.session.step(Event::Connected, now_ns);
         self.carry_out(actions, now_ns)
     }
@@ -296,11 +282,12 @@ impl Driver for Ndi {
             .then_some(self.sent_ns.saturating_add(self.poll_ns))
     }
 
+    fn wrong(&self) -> String {
+        self.told.wrong(self.now_ns)
+    }
+
     fn words(&self) -> String {
-        match self.of_before {
-            0 => self.words.clone(),
-            count => format!("{count} replies of before not used; {}", self.words),
-        }
+        self.told.before(&self.words, self.now_ns)
     }
 
     fn markers(&self) -> Vec<u32> {

@@ -153,11 +153,8 @@ impl<'a> Follower<'a> {
         I: Iterator<Item = f64> + Clone,
     {
         let limit_ns = clock::ns(process.scene.limits.frozen);
-        let mut longest_ns = 0;
-        for (standing, numbers) in self.standing.iter_mut().zip(places) {
-            longest_ns = longest_ns.max(standing.stands_ns(numbers, stamp.t_capture_ns));
-        }
-        longest_ns > limit_ns && !self.noiseless
+        let stands_ns = standing::longest_ns(&mut self.standing, places, stamp.t_capture_ns);
+        stands_ns > limit_ns && !self.noiseless
     }
 
     /// The events of what was found in the files. What was replaced by another is first taken back.

@@ -207,6 +207,23 @@ impl Frame {
         }
     }
 
+    /// Whether nothing has a pose or a place in it.
+    pub(crate) fn is_empty(&self) -> bool {
+        let has_pose = self.tools.iter().any(|sight| sight.outcome.is_ok());
+        !has_pose && self.markers.iter().all(|marker| marker.outcome.is_err())
+    }
+
+    /// Takes each pose and each place out of it, for this reason against the whole frame.
+    pub(crate) fn doubt(&mut self, (field, code): (&'static str, u32)) {
+        let why = Why::Unknown { field, code };
+        for sight in &mut self.tools {
+            sight.outcome = sight.outcome.and(Err(why));
+        }
+        for marker in &mut self.markers {
+            marker.outcome = marker.outcome.and(Err(why));
+        }
+    }
+
     /// The tool of this handle.
     pub fn tool(&self, handle: Handle) -> Option<&Sight> {
         self.tools.iter().find(|sight| sight.handle == handle)

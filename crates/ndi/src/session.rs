@@ -50,7 +50,8 @@ pub enum Action {
     Speed(String),
     /// Say this, or count it.
     Tell(Notice),
-    /// A frame that was not seen before, and is not one of before: never [`FrameStep::Same`] or [`FrameStep::Back`].
+    /// A frame that was not seen before, and is not one of before: never [`FrameStep::Same`], [`FrameStep::Back`] or
+    /// [`FrameStep::Anew`]. Of [`FrameStep::Stands`] nothing in it has a pose or a place.
     Publish(Frame, FrameStep),
     /// Close the connection. Nothing else is to be done any more.
     Close(Reason),
@@ -138,6 +139,20 @@ pub enum Notice {
     /// The device's numbers of frames are no longer those of before.
     #[error("frame {to} after frame {from}")]
     Jump {
+        /// The last number.
+        from: u32,
+        /// The new one.
+        to: u32,
+    },
+    /// The number stands still, and the device's time goes on: frames are given without a pose in them.
+    #[error("the number of the device's frames stands still while their time goes on: they are not used")]
+    Stands {
+        /// The number.
+        number: u32,
+    },
+    /// The device was switched on since its last frame: it is given.
+    #[error("frame {to} after frame {from}: the device was started anew")]
+    Restarted {
         /// The last number.
         from: u32,
         /// The new one.

@@ -1,6 +1,15 @@
 //! Numbers of frames: which is new, which was polled before, which is of before, where the device counts otherwise.
+//!
+//! Times are ns of any clock here that does not go back.
+
+mod counted;
+mod mark;
+mod past;
 
 use crate::frame::Frame;
+use counted::Counted;
+use mark::Mark;
+use past::Past;
 
 /// Frames that a device may have taken between two polls; a larger step is a jump. Some four minutes at 60 Hz.
 const MOST_MISSED: u32 = 1 << 14;
@@ -14,6 +23,12 @@ pub enum FrameStep {
     First,
     /// It is the same: the device has taken none since the last poll.
     Same,
+    /// It has the number of the last one, and by the device's time it was taken half a second later or more: one of the
+    /// two is wrong, and nothing says that anything was measured since.
+    Stands {
+        /// The number.
+        number: u32,
+    },
     /// It is a later one.
     Next {
         /// So many between them were not polled.
@@ -29,8 +44,15 @@ pub enum FrameStep {
         /// This one.
         to: u32,
     },
+    /// It is the first since a set-up, and its number is one that a device has that was switched on since the last frame.
+    Restarted {
+        /// The last number.
+        from: u32,
+        /// This one.
+        to: u32,
+    },
     /// Nothing says that it is a later one: its number goes back, and so does its time, if it has one. It may be a reply
-    /// of before, and is not the last one then; or the device has begun to count anew.
+    /// of before, and is not the last one then.
     Back {
         /// The last number.
         from: u32,
@@ -39,83 +61,71 @@ pub enum FrameStep {
         /// So many frames one after the other, this one included, went back and on from there.
         in_a_row: u32,
     },
+    /// So many frames one after the other went back and on from there, to begin with to 0 or to what came before a jump:
+    /// the device counts anew.
+    Anew {
+        /// How many.
+        frames: u32,
+    },
 }
 
-/// The last number of each kind of frame.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct FrameWatch(Vec<Counted>);
-
-/// Where the numbers of one kind of frame are.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Counted {
-    key: u32,
-    last: u32,
-    /// When the last one was taken, by the device.
-    device_ns: Option<i64>,
-    /// The last number of those that went back, and how many of them there are.
-    back: Option<(u32, u32)>,
+/// The last number of each kind of frame, and of before the set-up.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FrameWatch {
+    counted: Vec<Counted>,
+    past: Vec<Past>,
 }
 
 impl FrameWatch {
-    /// How this frame follows; it is the last one then, unless it goes back. Frames of BX2 are told apart by their kind,
-    /// those of TX and BX by the first of their tools that has their number.
-    pub fn judge(&mut self, frame: &Frame) -> FrameStep {
+    /// How this frame follows that came at `now_ns`; it is the last one then, unless it stands or goes back. Frames of BX2
+    /// are told apart by their kind, those of TX and BX by the first of their tools that has their number.
+    pub fn judge(&mut self, frame: &Frame, now_ns: i64) -> FrameStep {
         let Some(number) = frame.number else {
             return FrameStep::First;
+        };
+        let mark = Mark {
+            number,
+            device_ns: frame.device_ns,
+            at_ns: now_ns,
         };
         let of_tools = || frame.tools.first().map_or(0, |sight| u32::from(sight.handle().0));
         let key = frame.kind.map_or_else(of_tools, |kind| {
             1 << 16 | u32::from(kind.0) << 8 | u32::from(frame.index)
         });
-        match self.0.iter_mut().find(|counted| counted.key == key) {
-            Some(counted) => counted.judge(number, frame.device_ns),
-            None => {
-                self.0.truncate(MOST_KEPT - 1);
-                self.0.push(Counted {
-                    key,
-                    last: number,
-                    device_ns: frame.device_ns,
-                    back: None,
-                });
-                FrameStep::First
-            }
+        if let Some(counted) = self.counted.iter_mut().find(|counted| counted.key == key) {
+            return counted.judge(mark);
         }
+        // Handles may be others than before the set-up.
+        let mut past = self.past.iter_mut().find(|past| past.kind == frame.kind);
+        if past.is_some() && number == 0 && frame.is_empty() {
+            // What TX and BX give until something is measured: it is no count that began.
+            return FrameStep::Same;
+        }
+        let step = past.as_mut().map_or(FrameStep::First, |past| past.judge(mark));
+        if matches!(step, FrameStep::First | FrameStep::Restarted { .. }) {
+            let counted = Counted::new(key, frame.kind, mark, past.as_deref());
+            self.counted.truncate(MOST_KEPT - 1);
+            self.counted.push(counted);
+        }
+        step
     }
 
-    /// Knows nothing any more: after a reset a device counts from anywhere.
+    /// The device is set up again, on this connection or on another: what comes is held against what came, as replies of
+    /// before may be given over another connection too.
+    pub fn set_up(&mut self) {
+        for counted in self.counted.drain(..) {
+            let newer = counted.past();
+            match self.past.iter_mut().find(|past| past.kind == newer.kind) {
+                Some(past) => past.gone_on(newer),
+                None => self.past.push(newer),
+            }
+        }
+        self.past.truncate(MOST_KEPT);
+    }
+
+    /// Knows nothing any more: a device that has said that it was reset counts from anywhere.
     pub fn forget(&mut self) {
-        self.0.clear();
-    }
-}
-
-impl Counted {
-    fn judge(&mut self, number: u32, device_ns: Option<i64>) -> FrameStep {
-        let is_later = match (self.device_ns, device_ns) {
-            (Some(last_ns), Some(ns)) => ns > last_ns,
-            _ => number.wrapping_sub(self.last) <= u32::MAX / 2,
-        };
-        match step(self.last, number) {
-            FrameStep::Jump { from, to } if !is_later => match self.goes_back(number) {
-                Some(in_a_row) => FrameStep::Back { from, to, in_a_row },
-                None => FrameStep::Same,
-            },
-            step => {
-                self.back = None;
-                (self.last, self.device_ns) = (number, device_ns);
-                step
-            }
-        }
-    }
-
-    /// The how manyth this one is that goes back and on from there; `None` where it was polled before.
-    fn goes_back(&mut self, number: u32) -> Option<u32> {
-        let in_a_row = match self.back.map(|(last, count)| (step(last, number), count)) {
-            Some((FrameStep::Same, _)) => return None,
-            Some((FrameStep::Next { .. }, count)) => count.saturating_add(1),
-            _ => 1,
-        };
-        self.back = Some((number, in_a_row));
-        Some(in_a_row)
+        *self = Self::default();
     }
 }
 

@@ -264,6 +264,52 @@ fn what_is_no_frame_is_refused_and_what_the_localizer_says_is_told() {
     assert!(pilot.stop().success());
 }
 
+/// Stated: tracking, for ever. True: the marker on the patient had hung up beside a tool that moved: its last pose came as a matrix and
+/// as a quaternion in turn, 1e-7 apart, so that no two frames one after the other had the same numbers of it.
+#[test]
+fn a_marker_on_the_patient_that_has_hung_up_beside_a_tool_that_moves_is_frozen() {
+    let world = World::new();
+    let scene = world.file("s.toml", &scene("markers", LINKS, ""));
+    let pilot = world.start(&scene, &world.path("out"), "default");
+    let mut localizer = Localizer::open(&world);
+    let beats = Subscriber::<Heartbeat>::open(&localizer.bus, &HEARTBEAT, "tracker", 1).unwrap();
+    let poses = Subscriber::<ToolPose>::open(&localizer.bus, &TOOL_POSE, "", 1024).unwrap();
+    is_noted(&beats, "localizer silent");
+    let at = |x: f64| geometry::Vector::new(x, 0.0, -1500.0);
+    let mut found = Vec::new();
+    for k in 0..200 {
+        let rounded = geometry::Vector::new(0.0, 0.0, 0.2 + 1e-7 * f64::from(k % 2));
+        let sights = [
+            MarkerSight::seen(
+                0,
+                Rigid::<Tracker, Marker>::from_rotation_vector(rounded, at(f64::from(k))).unwrap(),
+                0.0,
+            ),
+            MarkerSight::seen(
+                1,
+                Rigid::<Tracker, Reference>::from_rotation_vector(rounded, at(-90.0)).unwrap(),
+                0.0,
+            ),
+        ];
+        let message = localizer.frame(0, &sights);
+        localizer.frames.send(message).unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+        found.extend(std::iter::from_fn(|| poses.next().unwrap()));
+    }
+    // By the default of `limits.frozen_ms`, since the first of the other of the two.
+    let is_other = |pose: &&ToolPose| pose.seq % 2 != found[0].seq % 2;
+    let since_ns = found.iter().find(is_other).unwrap().t_capture_ns;
+    let mut frozen = 0;
+    for pose in &found {
+        let expected = (pose.t_capture_ns - since_ns > 500_000_000).then_some(Lost::Frozen);
+        assert_eq!(tracked_reason(pose.tracked().unwrap()), expected, "{}", pose.seq);
+        frozen += usize::from(expected.is_some());
+    }
+    assert!(frozen > 10, "{frozen}");
+    // That it was frozen is a problem of the run.
+    assert!(!pilot.stop().success());
+}
+
 fn tracked_reason(tracked: Tracked) -> Option<Lost> {
     match tracked {
         Tracked::Lost(reason) => Some(reason),

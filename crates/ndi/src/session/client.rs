@@ -167,6 +167,7 @@ impl Client {
 
     fn reset(&mut self, now_ns: i64, actions: &mut Vec<Action>) {
         actions.push(Action::Tell(Notice::Reset));
+        self.watch.forget();
         self.set_up(Step::Init, now_ns, actions);
     }
 

@@ -127,7 +127,7 @@ fn valid_without_a_transform_is_refused() {
 #[test]
 fn the_same_frame_a_wrap_and_a_jump_are_told() {
     let mut watch = FrameWatch::default();
-    let mut judge = |number: u32| watch.judge(&of(vec![frame(number, vec![tool(1, 0)])])[0]);
+    let mut judge = |number: u32| watch.judge(&of(vec![frame(number, vec![tool(1, 0)])])[0], 0);
     let next = |missed, wrapped| FrameStep::Next { missed, wrapped };
     assert_eq!(judge(100), FrameStep::First);
     assert_eq!(judge(100), FrameStep::Same);
@@ -142,7 +142,7 @@ fn judged(watch: &mut FrameWatch, number: u32) -> FrameStep {
         tools: vec![polled(1, number)],
         ..Polled::default()
     };
-    watch.judge(&Frame::of_polled(&reply, 1e-3)[0])
+    watch.judge(&Frame::of_polled(&reply, 1e-3)[0], 0)
 }
 
 /// A reply of two seconds before was a jump, and its poses were live.
@@ -173,7 +173,7 @@ fn by_the_devices_time_a_frame_of_before_is_told_from_a_device_that_counts_other
             device_ns,
             ..frame(number, vec![tool(1, 0)])
         };
-        watch.judge(&of(vec![frame])[0])
+        watch.judge(&of(vec![frame])[0], 0)
     };
     assert_eq!(judge(500, 9_000_000_000), FrameStep::First);
     let jump = |from, to| FrameStep::Jump { from, to };
@@ -208,7 +208,7 @@ fn a_disabled_port_in_front_makes_no_frame_new_again() {
     let mut watch = FrameWatch::default();
     let mut judge = || {
         let frames = Frame::of_polled(&reply, 1e-3);
-        frames.iter().map(|frame| watch.judge(frame)).collect::<Vec<_>>()
+        frames.iter().map(|frame| watch.judge(frame, 0)).collect::<Vec<_>>()
     };
     assert_eq!(judge(), [FrameStep::First; 2]);
     assert_eq!(judge(), [FrameStep::Same; 2]);
@@ -221,7 +221,7 @@ fn kinds_of_frames_are_counted_apart() {
         kind: FrameKind(kind),
         ..frame(number, vec![])
     };
-    let mut judge = |kind, number| watch.judge(&of(vec![of_kind(kind, number)])[0]);
+    let mut judge = |kind, number| watch.judge(&of(vec![of_kind(kind, number)])[0], 0);
     assert_eq!((judge(2, 10), judge(3, 11)), (FrameStep::First, FrameStep::First));
     assert_eq!(judge(2, 10), FrameStep::Same);
     assert_eq!(

@@ -8,6 +8,7 @@ mod client;
 mod commands;
 mod damage;
 mod frames;
+mod kept_replies;
 mod malformed_bx2;
 mod malformed_stream;
 mod pair;

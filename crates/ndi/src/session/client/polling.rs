@@ -20,9 +20,6 @@ use crate::why::Why;
 const MOST_REFUSED: u32 = 5;
 /// What the device says of itself in one reply, as far as it is told.
 const MOST_ALERTS: usize = 64;
-/// So many frames that go back and on from there are no replies of before: the device counts anew, and is set up as one
-/// that was reset. A second at 60 Hz.
-const COUNTS_ANEW: u32 = 60;
 /// What a device says that does not know a way of polling, or not with these options.
 const NOT_KNOWN: [ErrorCode; 4] = [
     ErrorCode::INVALID_COMMAND,
@@ -122,21 +119,25 @@ impl Client {
             actions.push(Action::Tell(Notice::NoFrame));
         }
         for mut frame in frames {
-            let step = self.watch.judge(&frame);
-            match (step, frame.number) {
-                (FrameStep::Same, Some(number)) => {
-                    actions.push(Action::Tell(Notice::SameFrame { number }));
-                    continue;
-                }
-                (FrameStep::Back { in_a_row, .. }, _) if in_a_row >= COUNTS_ANEW => {
-                    actions.push(Action::Tell(Notice::CountsAnew { frames: in_a_row }));
+            let step = self.watch.judge(&frame, now_ns);
+            let number = frame.number.unwrap_or_default();
+            let notice = match step {
+                FrameStep::First | FrameStep::Next { .. } => None,
+                FrameStep::Same => Some(Notice::SameFrame { number }),
+                FrameStep::Stands { number } => Some(Notice::Stands { number }),
+                FrameStep::Jump { from, to } => Some(Notice::Jump { from, to }),
+                FrameStep::Restarted { from, to } => Some(Notice::Restarted { from, to }),
+                FrameStep::Back { from, to, .. } => Some(Notice::Back { from, to }),
+                FrameStep::Anew { frames } => Some(Notice::CountsAnew { frames }),
+            };
+            actions.extend(notice.map(Action::Tell));
+            match step {
+                FrameStep::Same | FrameStep::Back { .. } => continue,
+                FrameStep::Anew { .. } => {
+                    self.watch.forget();
                     return self.set_up(Step::Stop, now_ns, actions);
                 }
-                (FrameStep::Back { from, to, .. }, _) => {
-                    actions.push(Action::Tell(Notice::Back { from, to }));
-                    continue;
-                }
-                (FrameStep::Jump { from, to }, _) => actions.push(Action::Tell(Notice::Jump { from, to })),
+                FrameStep::Stands { number } => frame.doubt(("a frame's number that stands still,", number)),
                 _ => {}
             }
             frame.expect(self.handles.iter().copied());

@@ -18,7 +18,7 @@ impl Client {
         self.decoder.restart();
         self.handles.clear();
         self.unplugged.clear();
-        self.watch.forget();
+        self.watch.set_up();
         self.was_tracking = false;
         self.poll = self.rules.poll.unwrap_or(super::Poll::Bx2);
         self.poll_is_known = false;
