@@ -111,10 +111,13 @@ impl Ages {
     pub fn of_sample(self, sample: &ToolPose, tracked: Tracked, now_ns: i64) -> FrameState {
         match tracked {
             Tracked::Valid(_) => self.state(now_ns.saturating_sub(sample.t_capture_ns)),
-            Tracked::Lost(reason) => match self.state(now_ns.saturating_sub(sample.t_publish_ns)) {
-                FrameState::Live => FrameState::Lost(reason),
-                _ => FrameState::Lost(Lost::Silent),
-            },
+            Tracked::Lost(reason) => {
+                let news_ns = sample.t_publish_ns.max(sample.t_capture_ns);
+                match self.state(now_ns.saturating_sub(news_ns)) {
+                    FrameState::Live => FrameState::Lost(reason),
+                    _ => FrameState::Lost(Lost::Silent),
+                }
+            }
         }
     }
 }
