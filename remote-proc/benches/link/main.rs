@@ -136,9 +136,6 @@ fn measure(row: &Row) {
         .zip(&cpu_after)
         .map(|(a, b)| 100.0 * (b - a) / passed_s)
         .collect();
-    if let Some(("room", guests)) = words.split_first().map(|(first, rest)| (first.as_str(), rest)) {
-        return room::room(guests);
-    }
     say(&format!(
         "{:<30}{:>7}{:>6}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>9.3}{:>8.3}{:>8.1}%{:>8.1}%{:>6.2} s  {} ms: {}, {}",
         row.name,

@@ -19,7 +19,7 @@ use crate::rig::{Program, Second, free_endpoint, keys, remote_proc, until, world
 use crate::{at, say, sorted};
 
 /// How often alone and with guests.
-const TURNS: usize = 6;
+const TURNS: usize = 4;
 const SETTLES: Duration = Duration::from_secs(1);
 const MEASURED: Duration = Duration::from_secs(10);
 /// What the 99th percentile with guests is to keep within, times that alone.
@@ -133,7 +133,13 @@ struct Stamps(Vec<Subscriber<FrameStamp>>);
 impl Stamps {
     fn of(near: &Looking) -> Self {
         let open = |process: String| Subscriber::open(&near.bus, &FRAME_STAMP, &process, FRAME_STAMP.buffer).unwrap();
-        Self(near.scene.renderers().map(|(plane, _)| open(plane.process())).collect())
+        Self(
+            near.scene
+                .renderers()
+                .into_iter()
+                .map(|(plane, _)| open(plane.process()))
+                .collect(),
+        )
     }
 
     /// Adds how long each image of the next seconds took that shows a pose for the first time, ms.
