@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use super::markers::{poses as recorded_poses, recompute};
 use crate::support::proxy::{Fault, Proxy, cut_step};
-use crate::support::{SMALL, World, python, shared, stderr, wait_for};
+use crate::support::{SMALL, World, python, report, shared, stderr, wait_for};
 use bus::Bus;
 use bus::message::{Lost, ToolPose, Tracked};
 use bus::port::Subscriber;
@@ -167,7 +167,8 @@ fn a_run_follows_a_simulated_device_and_again_after_it_was_gone() {
     });
     let _again = Simulator::start(&world, port);
     check_poses(&poses, &room, 60);
-    assert!(pilot.stop().success());
+    let ended = pilot.stop();
+    assert!(ended.success(), "{}", report(&world.path("out"))["problems"]);
     // What a device of its own clock, that went and came again, has measured gives the same poses again, bit for bit.
     let recording = world.path("out/session.mcap");
     let output = recompute(&world, &recording);
