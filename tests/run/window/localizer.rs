@@ -1,5 +1,7 @@
 //! A localizer whose peer wants each connection confirmed: it dials again when a person in front of the window says so.
 
+#![allow(clippy::disallowed_methods, reason = "how long a test waits is its own time")]
+
 use std::net::TcpListener;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
