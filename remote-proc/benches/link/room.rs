@@ -36,7 +36,7 @@ struct Guests {
     real_time: bool,
 }
 
-const GUESTS: [Guests; 5] = [
+const GUESTS: [Guests; 6] = [
     Guests {
         name: "a sender alone",
         receivers: 0,
@@ -64,6 +64,12 @@ const GUESTS: [Guests; 5] = [
     Guests {
         name: "1 receiver, real_time",
         receivers: 1,
+        stop: false,
+        real_time: true,
+    },
+    Guests {
+        name: "8 receivers, real_time",
+        receivers: 8,
         stop: false,
         real_time: true,
     },
