@@ -2,8 +2,8 @@
 //!
 //! Names are those of the scene ([`names`]), never guessed. A pose counts where its peer says that it is good ([`stated`], [`status`]), says
 //! nothing else under the same stamp ([`instants`], [`twins`]), and its numbers are a rotation and a place ([`pose`]): [`tools`]. One kind of
-//! message of each marker makes frames ([`sources`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant. IMAGEs of an ultrasound scanner are passed on where the scene asks
-//! for them ([`images`]).
+//! message of each marker makes frames ([`sources`]). TRANSFORMs are gathered by their stamps ([`gather`]); a TDATA is of one instant.
+//! IMAGEs of an ultrasound scanner are passed on where the scene asks for them ([`images`]).
 
 mod gather;
 mod images;

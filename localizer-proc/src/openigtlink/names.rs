@@ -100,10 +100,13 @@ impl Names {
         self.only.iter().map(|name| name.as_bytes().to_vec()).collect()
     }
 
-    /// These came before, to another process.
+    /// These came before, to another process. One that is cut in the middle of a letter is none of the wire's: it stays as something that every
+    /// name differs from, as a name that is forgotten lets another instrument in.
     pub(super) fn go_on(&mut self, came: &[Vec<u8>]) {
-        let names = came.iter().filter_map(|name| std::str::from_utf8(name).ok());
-        let names = names.filter_map(|name| DeviceName::new(name).ok());
+        let names = came
+            .iter()
+            .map(|name| String::from_utf8_lossy(name).replace(char::REPLACEMENT_CHARACTER, "?"));
+        let names = names.filter_map(|name| DeviceName::label(&name).ok());
         self.only = names.take(if self.tool.is_none() { LISTED } else { 0 }).collect();
         self.before = self.only.len();
     }
@@ -311,6 +314,28 @@ mod tests {
             words.starts_with("the peer sent A, B before: ") && words.contains("`pilot restart localizer`"),
             "{words}"
         );
+    }
+
+    /// Names with other letters than those of ASCII, as lists have them, would be forgotten, and a drill be the tool.
+    #[test]
+    fn a_name_in_any_letters_is_known_to_the_process_that_follows() {
+        let found = |came: &[u8], comes: &str| {
+            let mut names = Names::new(&PosedMarkers {
+                marker: None,
+                marker_from_tool: geometry::Rigid::identity(),
+                reference: None,
+                noise: None,
+            })
+            .unwrap();
+            names.go_on(&[came.to_vec()]);
+            let _ = names.find(&DeviceName::label(comes).unwrap());
+            names.ambiguous().is_some()
+        };
+        let pointer = "Zeigegerät".as_bytes();
+        assert!(!found(pointer, "Zeigegerät") && found(pointer, "Drill"));
+        // Twenty bytes that end in the middle of a letter.
+        let cut = b"Langes Zeigeger\xc3\xa4t \xc3";
+        assert!(found(cut, "Drill"));
     }
 
     /// The drill that was there after a connection had broken was the pointer that was there before, without a word.
