@@ -265,14 +265,15 @@ impl DeviceClock {
         self.last.map_or(self.mapping.waits_ns(), |last| last.waited_ns)
     }
 
-    /// That frames may have waited, for people; empty where it is no more than links do at times.
+    /// That frames may have waited, for people, in few words, as a note has room for why nothing comes beside it; empty where it is no
+    /// more than links do at times.
     pub fn waited_words(&self) -> String {
         let waited_ns = self.waited_ns();
         if waited_ns < TOLD_NS {
             return String::new();
         }
         let ms = (waited_ns / 1_000_000).saturating_add(1);
-        format!("{MAY_BE_OLDER}{ms} (a queue, or its clock was set)")
+        format!("{MAY_BE_OLDER}{ms}")
     }
 
     /// How the times of captures come about, for people; empty before the first frame.

@@ -244,8 +244,8 @@ impl Localizer {
             Some(Told::Over) => self.tell("poses wait no longer".to_owned(), Level::Info, process),
             Some(Told::Longer) => {
                 let told = format!(
-                    "{words}: they are counted as that old, and none is shown beyond limits.lost_ms, until the clock steps forward by as much \
-                     or somebody who looked at the peer says `pilot restart localizer`"
+                    "{words} (a queue, or its clock was set): they are counted as that old, and none is shown beyond limits.lost_ms, until the \
+                     clock steps forward by as much or somebody who looked at the peer says `pilot restart localizer`"
                 );
                 self.tell(told, Level::Error, process)
             }
