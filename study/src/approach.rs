@@ -128,13 +128,19 @@ impl Sensor for Chained<'_> {
     }
 }
 
-/// The task of an operation at one of its targets, held so that the localizer sees most of the marker.
-pub(crate) fn task(seed: u64, target: Point<Ct>, radius_mm: f64, (quiet, seq): (&OperatingRoom, u64)) -> Option<Task> {
+/// The task of an operation at one of its targets, held so that the localizer sees most of the marker; the way is drawn where it is not told.
+pub(crate) fn task(
+    seed: u64,
+    (target, way): (Point<Ct>, Option<Direction<Ct>>),
+    radius_mm: f64,
+    (quiet, seq): (&OperatingRoom, u64),
+) -> Option<Task> {
     let chance = Chance::new(seed, 0);
     let evenly = |draw: u64, [low, high]: [f64; 2]| low + (high - low) * chance.uniform(draw);
     let (sin, cos) = evenly(0, [0.0, OBLIQUE_RAD]).sin_cos();
     let (up, right) = evenly(1, [0.0, TAU]).sin_cos();
-    let entry = target + Vector::new(sin * right, cos, sin * up) * -WAY_MM;
+    let drawn = Vector::new(sin * right, cos, sin * up);
+    let entry = target + way.map_or(drawn, Direction::vector) * -WAY_MM;
     let tilt = evenly(2, TILT_RAD).tan();
     let (b, a) = evenly(3, [0.0, TAU]).sin_cos();
     let start = Posture {

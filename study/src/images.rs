@@ -9,12 +9,14 @@ use calib_cli::BeadsFile;
 use calib_cli::cli::answer;
 use chance::mix;
 use geometry::{Ct, Point};
+use tissue_proc::offline::Anatomist;
 
 use crate::Words;
 use crate::folder::{FolderError, io_at};
 use crate::patient;
-use crate::plan::{Plan, Stratum};
+use crate::plan::{Plan, Stratum, Tissue};
 use crate::steps::HANDS;
+use crate::tissue::meshed;
 
 /// Begins the name of a folder while something is made in it.
 const MAKING: &str = "making-";
@@ -40,11 +42,14 @@ pub(crate) struct Examined {
 }
 
 type Made = Arc<OnceLock<Result<Arc<Examined>, String>>>;
+/// Organs by the hash of what they are made of.
+type Meshed = BTreeMap<[u8; 32], Arc<OnceLock<Result<Arc<Anatomist>, String>>>>;
 
 /// The examinations of a study, in a folder of its own.
 pub(crate) struct Images {
     folder: PathBuf,
     made: Mutex<BTreeMap<String, Made>>,
+    meshed: Mutex<Meshed>,
 }
 
 impl Images {
@@ -61,6 +66,7 @@ impl Images {
         Ok(Self {
             folder,
             made: Mutex::default(),
+            meshed: Mutex::default(),
         })
     }
 
@@ -83,6 +89,16 @@ impl Images {
             let examined = self.examined(&key, stratum, metal);
             examined.map(Arc::new).map_err(|error| error.to_string())
         });
+        found.clone()
+    }
+
+    /// The organs that the tube moves, meshed once for all operations.
+    pub(crate) fn organs(&self, tissue: &Tissue) -> Result<Arc<Anatomist>, String> {
+        let made = {
+            let mut all = self.meshed.lock().unwrap_or_else(PoisonError::into_inner);
+            all.entry(tissue.hash).or_default().clone()
+        };
+        let found = made.get_or_init(|| meshed(tissue).map(Arc::new).map_err(|error| error.to_string()));
         found.clone()
     }
 

@@ -35,6 +35,7 @@ pub mod run;
 mod sounding;
 pub mod statistics;
 mod steps;
+mod tissue;
 mod truth;
 pub mod worst;
 

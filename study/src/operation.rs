@@ -1,5 +1,7 @@
 //! One operation, from the marker's calibration to the last target.
 
+mod organs;
+
 use std::cell::RefCell;
 use std::path::Path;
 
@@ -17,7 +19,10 @@ use crate::plan::{Bump, PlantedIn, Stratum};
 use crate::record::{Ended, Reasons, Row};
 use crate::room::{TUBE, TrueRoom};
 use crate::steps::{Misplaced, Prepared, Refused, Step, Verdict, Work, true_from_calibrated, true_tool};
+use crate::tissue::pushed;
 use crate::truth::{LINKS, Told, True, alone, length, shifted, told};
+
+use organs::Organs;
 
 /// What is drawn of an operation, by number.
 const BUMPED: u64 = 1;
@@ -33,6 +38,7 @@ struct Ready {
     quiet: OperatingRoom,
     chain: Chain,
     truth: True,
+    breath: Option<Breath>,
     bump: &'static str,
     check: String,
     /// Why the check refused.
@@ -52,7 +58,7 @@ pub(crate) fn operate(stratum: &Stratum, number: u64, images: &Images, folder: &
         Ok(mut ready) => {
             let mut rows = Vec::new();
             for (at, target) in (0..).zip(&targets) {
-                rows.push(ready.approached(&work, number, target, (task_seed(&work, at), None))?);
+                rows.push(ready.approached(&work, number, (target, images), (task_seed(&work, at), None))?);
             }
             Ok(rows)
         }
@@ -132,7 +138,8 @@ pub(crate) fn again(
     let target = targets.get(at);
     let target = target.ok_or_else(|| Refused::at(Step::Chain)("the operation has no such target"))?;
     let tape = RefCell::new(Tape::default());
-    let row = ready.approached(&work, number, target, (task_seed(&work, at as u64), Some(&tape)))?;
+    let seed = task_seed(&work, at as u64);
+    let row = ready.approached(&work, number, (target, images), (seed, Some(&tape)))?;
     Ok(Again {
         row,
         tape: tape.into_inner(),
@@ -181,8 +188,8 @@ fn ready(work: &Work<'_>, number: u64, images: &Images, targets: &[Landmark]) ->
             ct_from_reference: room.ct_from_reference(),
             marker_from_tool: true_tool(&room),
             gauge,
-            breath: dials.breathing.map(|breathing| Breath::drawn(breathing, work.seed)),
         },
+        breath: dials.breathing.map(|breathing| Breath::drawn(breathing, work.seed)),
         bump: bumped.map_or("", |(_, when)| when),
         check,
         refused,
@@ -252,10 +259,15 @@ impl Ready {
         &mut self,
         work: &Work<'_>,
         number: u64,
-        target: &Landmark,
+        (target, images): (&Landmark, &Images),
         (seed, tape): (u64, Option<&RefCell<Tape>>),
     ) -> Result<Row, Refused> {
         let dials = &work.stratum.dials;
+        let tissue = dials.tissue.as_ref();
+        let (aimed, way) = match tissue {
+            Some(tissue) => (tissue.aimed.centre, Some(tissue.way)),
+            None => (target.centre, None),
+        };
         let row = Row {
             bump: self.bump.to_owned(),
             check: self.check.clone(),
@@ -263,7 +275,7 @@ impl Ready {
         };
         let from = self.room.next_frame();
         self.room.wait(longest_s(self.room.rate_hz()));
-        let Some(task) = task(seed, target.centre, dials.radius_mm, (&self.quiet, from)) else {
+        let Some(task) = task(seed, (aimed, way), dials.radius_mm, (&self.quiet, from)) else {
             return Ok(Row {
                 step: Step::Way.word().to_owned(),
                 ..row
@@ -279,16 +291,34 @@ impl Ready {
             };
             return Ok(self.judged(told, dials.check_max_mm, row));
         }
+        // Organs go by all poses on the way, not by the last one.
+        let own = RefCell::new(Tape::default());
+        let tape = tape.or(tissue.map(|_| &own));
         let done = approach(&task, (&self.room.localizer, &self.chain), dials, from, tape);
         let done = done.map_err(Refused::at(Step::Way))?;
-        Ok(self.told(&done, target.centre, dials.understated, row))
+        let organs = match (tissue, tape) {
+            (Some(tissue), Some(tape)) => {
+                let anatomist = images.organs(tissue).map_err(Refused::at(Step::Organs))?;
+                let pushed = pushed(tissue, &anatomist, &tape.borrow().shots, work.seed);
+                Organs::Pushed(pushed.map_err(Refused::at(Step::Organs))?)
+            }
+            _ => self.breath.map_or(Organs::AtRest, Organs::Breathe),
+        };
+        Ok(self.told(&done, (target.centre, aimed), &organs, (dials.understated, row)))
     }
 
     /// What would be told of the tool at the target, in a frame without noise.
     fn unmoved(&self, pose: Rigid<Ct, geometry::Tool>, seq: u64, target: Point<Ct>) -> Option<Told> {
         let frame = self.quiet.frame_at(seq, pose);
         let found = self.chain.solve(&frame.tool, &frame.reference).ok()?;
-        told(&self.truth, &self.chain, (&frame, &frame), &found.ct_from_tool, target)
+        let moved = self.breath.map(|breath| breath.moved(frame.t_capture_ns as f64 / 1e9));
+        told(
+            &self.truth,
+            &self.chain,
+            (&frame, &frame),
+            &found.ct_from_tool,
+            (target, moved),
+        )
     }
 
     /// The line of an operation that the check refused.
@@ -300,7 +330,14 @@ impl Ready {
         }
     }
 
-    fn told(&self, done: &Approached, target: Point<Ct>, times: f64, row: Row) -> Row {
+    /// The line of an approach: errors at `target`, the miss from what was aimed at.
+    fn told(
+        &self,
+        done: &Approached,
+        (target, aimed): (Point<Ct>, Point<Ct>),
+        organs: &Organs,
+        (times, row): (f64, Row),
+    ) -> Row {
         let outcome = done.outcome;
         let row = Row {
             ended: if outcome.is_arrived {
@@ -308,20 +345,24 @@ impl Ready {
             } else {
                 Ended::GivenUp
             },
-            // Where the target has gone with the breath.
-            miss_mm: match self.truth.breath {
-                Some(breath) => outcome.tip.distance(target + breath.moved(done.ended_s)),
-                None => outcome.miss_mm,
-            },
+            miss_mm: organs.miss_mm(done, aimed),
             time_s: outcome.time_s,
             strokes: outcome.strokes as u64,
             pictures: [done.pictures, done.reasons.iter().sum()],
             reasons: done.reasons,
+            model: organs.word().to_owned(),
             ..row
         };
         let told = done.last.as_ref().and_then(|last| {
             let quiet = self.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
-            told(&self.truth, &self.chain, (&last.frame, &quiet), &last.pose, target)
+            let moved = organs.moved(last.frame.t_capture_ns)?;
+            told(
+                &self.truth,
+                &self.chain,
+                (&last.frame, &quiet),
+                &last.pose,
+                (target, moved),
+            )
         });
         match told {
             // Where the last picture was lost the sight predicts nothing; the pose before it did.
@@ -331,7 +372,11 @@ impl Ready {
                     false => told.ball_95_mm / times,
                 };
                 told.nees *= times * times;
-                with(&told, predicted_mm, row)
+                let model_numbers = organs.model_numbers(&told);
+                Row {
+                    model_numbers,
+                    ..with(&told, predicted_mm, row)
+                }
             }
             None => row,
         }
@@ -393,6 +438,8 @@ fn empty(stratum: &Stratum, number: u64, target: &Landmark) -> Row {
         reasons: Reasons::default(),
         links: [[f64::NAN; 2]; LINKS.len()],
         rest_mm: f64::NAN,
+        model: String::new(),
+        model_numbers: [f64::NAN; 4],
         why: String::new(),
     }
 }

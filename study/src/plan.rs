@@ -6,6 +6,7 @@ mod error;
 mod raw;
 mod surface;
 mod sweep;
+mod tissue;
 mod told;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use phantom::{Landmark, Phantom};
 pub use error::PlanError;
 pub use surface::Surface;
 pub use sweep::{Factor, Sweep};
+pub use tissue::Tissue;
 use told::OfFile;
 
 /// The longest study file, bytes.
@@ -27,7 +29,8 @@ pub struct Plan {
     pub strata: Vec<Stratum>,
     /// Factorial sweeps among them, in order.
     pub sweeps: Vec<Sweep>,
-    /// BLAKE3 of the files' texts and of the names that files give to strata, hexadecimal: what a folder of results is of.
+    /// BLAKE3 of the files' texts, of the names that files give to strata, and of the scenes of organs that they name, hexadecimal: what a
+    /// folder of results is of.
     pub hash: String,
     /// The files' names without folders, for the report.
     pub files: Vec<String>,
@@ -81,6 +84,8 @@ pub struct Dials {
     pub occlusion: Option<[f64; 2]>,
     /// Organs move with the breath while targets are approached.
     pub breathing: Option<Breathing>,
+    /// The tube moves organs, and what is told is told of a place in one.
+    pub tissue: Option<Tissue>,
     /// The marker on the patient is moved on it after the registration.
     pub bump: Option<Bump>,
     /// An error that nobody states, so that the study has something to find.
@@ -217,8 +222,11 @@ pub enum PlantedIn {
 }
 
 impl Stratum {
-    /// What is approached, in this order.
+    /// Of what errors are told, in this order: what is approached, but where the tube moves organs.
     pub fn targets(&self) -> Vec<Landmark> {
+        if let Some(tissue) = &self.dials.tissue {
+            return vec![tissue.told.clone()];
+        }
         let (patient, numbers) = (Phantom::new(phantom::DEFAULT_SEED), &self.dials.targets);
         numbers
             .iter()
@@ -266,6 +274,11 @@ impl Plan {
         told::apart(&mut of_files, &mut hash)?;
         let (mut strata, mut sweeps) = (Vec::new(), Vec::new());
         for file in of_files {
+            for stratum in &file.strata {
+                stratum.dials.tissue.iter().for_each(|tissue| {
+                    hash.update(&tissue.hash);
+                });
+            }
             strata.extend(file.strata);
             sweeps.extend(file.sweep);
         }

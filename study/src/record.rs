@@ -7,13 +7,13 @@ use crate::truth::LINKS;
 /// The columns.
 pub const HEADER: &str = "stratum,number,target,verdict,step,check,bump,right,tre_mm,predicted_mm,nees,miss_mm,time_s,strokes,pictures,lost,lost_why,\
                           registration_mm,registration_rms_mm,bump_mm,reference_mm,reference_rms_mm,frame_mm,frame_rms_mm,marker_mm,\
-                          tool_mm,tool_rms_mm,breathing_mm,rest_mm,why,hash";
+                          tool_mm,tool_rms_mm,organs_mm,rest_mm,model,model_mm,model_95_mm,model_nees,model_tre_mm,why,hash";
 /// The most characters that are told of why.
 const MOST_WHY: usize = 1000;
 /// The longest line, bytes: one of names, numbers and [`MOST_WHY`] characters is shorter.
 pub(crate) const MOST_LINE: usize = 8192;
 /// How many there are.
-const COLUMNS: usize = 31;
+const COLUMNS: usize = 36;
 
 /// How an operation ended at a target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -81,6 +81,12 @@ pub struct Row {
     pub links: [[f64; 2]; LINKS.len()],
     /// What the links do not explain, mm.
     pub rest_mm: f64,
+    /// Where the tube moves organs, how their model ended: `settled`, `not settled`, `catching up`, `refused: why`, `no pose`, or `truth` and one of
+    /// these, where nobody knows where the organs truly were.
+    pub model: String,
+    /// How far the model has the target off its true place, the radius of 95 of 100 that it states, that error normalised, and the true error
+    /// of the image that shows the target there, mm.
+    pub model_numbers: [f64; 4],
     /// Why it was refused.
     pub why: String,
 }
@@ -126,9 +132,9 @@ impl Row {
             }
         }
         fields.push(number(self.rest_mm));
-        // One line, and no field that a reader would have to unquote.
-        let why: String = self.why.chars().take(MOST_WHY).collect();
-        fields.push(why.replace(['\n', '\r', ','], " ").replace('"', "'"));
+        fields.push(plain(&self.model));
+        fields.extend(self.model_numbers.map(number));
+        fields.push(plain(&self.why));
         sealed(&fields.join(",")) + "\n"
     }
 
@@ -169,9 +175,13 @@ impl Row {
                 *predicted = next()?;
             }
         }
-        let [rest_mm, why, _] = rest else {
+        let [rest_mm, model, of_model @ .., why, _] = rest else {
             return Err("what the links leave is missing".to_owned());
         };
+        let mut model_numbers = [f64::NAN; 4];
+        for (number, text) in model_numbers.iter_mut().zip(of_model) {
+            *number = value(text)?;
+        }
         let mut numbers = [f64::NAN; BEFORE_COUNTS];
         for (number, text) in numbers.iter_mut().zip(first) {
             *number = value(text)?;
@@ -201,9 +211,17 @@ impl Row {
             pictures,
             links,
             rest_mm: value(rest_mm)?,
+            model: (*model).to_owned(),
+            model_numbers,
             why: (*why).to_owned(),
         })
     }
+}
+
+/// One line, and no field that a reader would have to unquote.
+fn plain(words: &str) -> String {
+    let words: String = words.chars().take(MOST_WHY).collect();
+    words.replace(['\n', '\r', ','], " ").replace('"', "'")
 }
 
 /// A reason in one word: the words that the operator would have read.
@@ -303,6 +321,8 @@ mod tests {
                 [11.0, 0.0],
             ],
             rest_mm: 1e-9,
+            model: "refused: too deep, it says".to_owned(),
+            model_numbers: [0.5, 1.5, f64::NAN, 2.5],
             why: String::new(),
         };
         let line = row.line();
@@ -319,6 +339,10 @@ mod tests {
             (row.reasons, 11.0, 1e-9)
         );
         assert_eq!(back.line(), line);
+        assert_eq!(
+            (back.model.as_str(), back.model_numbers[3]),
+            ("refused: too deep  it says", 2.5)
+        );
         assert_eq!(
             (back.tre_mm, back.nees, back.links[5]),
             (row.tre_mm, row.nees, row.links[5])
@@ -342,7 +366,7 @@ mod tests {
     /// An error that was edited in a folder went into the tables of what went on with it, and one that was emptied was left out of them.
     #[test]
     fn a_line_that_was_changed_is_refused() {
-        let line = "usual,7,node,arrived,,pass,,,0.25,1,3,5,60,9,800,0,,1,2,3,4,5,6,7,8,9,1,0,0.1,";
+        let line = "usual,7,node,arrived,,pass,,,0.25,1,3,5,60,9,800,0,,1,2,3,4,5,6,7,8,9,1,0,0.1,,,,,,";
         let line = sealed(line);
         assert_eq!(Row::read(&line).unwrap().tre_mm, 0.25);
         for other in ["0.26", ""] {

@@ -2,6 +2,7 @@
 
 mod charts;
 mod effects;
+mod organs;
 mod page;
 pub mod summary;
 mod table;

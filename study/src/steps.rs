@@ -58,6 +58,8 @@ pub(crate) enum Step {
     Surface,
     /// The way to a target.
     Way,
+    /// What the tube does to organs on it.
+    Organs,
 }
 
 impl Step {
@@ -77,6 +79,7 @@ impl Step {
             Self::Sweep => "sweep",
             Self::Surface => "surface",
             Self::Way => "way",
+            Self::Organs => "organs",
         }
     }
 }

@@ -12,7 +12,7 @@
 //! frame          e(Q M^ M0^-1 Q^-1)             and at the tool's;  Q = R B^-1                                      (5)
 //! marker         e(Q M0 G^-1 M^-1 Q^-1)         the calibrated emitters                                             (6)
 //! tool           e(Q M G T^ T^-1 M^-1 Q^-1)     tip, base, seat                                                     (7)
-//! breathing      e(D)                           D: where breath has moved the organs since the CT                   (8)
+//! organs         e(D)                           D: where breath, or the tube, has moved the organs since the CT     (8)
 //! ```
 //!
 //! Where organs move, errors are told in the organ's frame: the tool truly is at `D^-1 P` there, and (1) is `e(P^ P^-1 D)`.
@@ -25,8 +25,6 @@ use nalgebra::Vector3;
 use tracker_proc::chain::{Chain, Registration};
 use tracker_proc::operating_room::Frame as Seen;
 
-use crate::breathing::Breath;
-
 /// The links as they truly are.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct True {
@@ -38,8 +36,6 @@ pub(crate) struct True {
     pub(crate) marker_from_tool: Rigid<Marker, Tool>,
     /// The true marker from the calibrated one.
     pub(crate) gauge: Rigid<Marker, Marker>,
-    /// How organs move.
-    pub(crate) breath: Option<Breath>,
 }
 
 /// What a link has made of the error at a target.
@@ -67,15 +63,7 @@ pub(crate) struct Told {
 }
 
 /// The links, in words.
-pub const LINKS: [&str; 7] = [
-    "registration",
-    "bump",
-    "reference",
-    "frame",
-    "marker",
-    "tool",
-    "breathing",
-];
+pub const LINKS: [&str; 7] = ["registration", "bump", "reference", "frame", "marker", "tool", "organs"];
 
 impl Told {
     /// What the links' errors leave of the whole, mm.
@@ -90,14 +78,14 @@ pub(crate) fn length([x, y, z]: [f64; 3]) -> f64 {
     x.hypot(y).hypot(z)
 }
 
-/// What is told of `pose`, which the chain made of the frame `seen`; `quiet` is that frame without noise. `None` where a
-/// marker is not seen, or there is no covariance.
+/// What is told of `pose`, which the chain made of the frame `seen`; `quiet` is that frame without noise, and at the target organs have been
+/// `moved` since the CT. `None` where a marker is not seen, or there is no covariance.
 pub(crate) fn told(
     truth: &True,
     chain: &Chain,
     (seen, quiet): (&Seen, &Seen),
     pose: &Uncertain<Ct, Tool>,
-    target: Point<Ct>,
+    (target, moved): (Point<Ct>, Option<Vector<Ct>>),
 ) -> Option<Told> {
     let Registration::Referenced(registration) = chain.registration else {
         return None;
@@ -114,9 +102,7 @@ pub(crate) fn told(
         .transform();
     let q = r * b.inverse();
     let error = |a: Rigid<Ct, Ct>| ((a * target) - target).mm();
-    let organs = truth
-        .breath
-        .map(|breath| organs(breath.moved(seen.t_capture_ns as f64 / 1e9)));
+    let organs = moved.map(organs);
     let back = seen.ct_from_tool.inverse();
     let whole = error(pose.transform() * organs.map_or(back, |moved| back * moved));
     let (m_hat, b_hat) = (m_seen.transform.transform(), b_seen.transform.transform());

@@ -21,7 +21,7 @@ type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Reads the label map at a path, of an examination; the generated patient's of a seed. Handed in by the binary, as this crate knows no
 /// file formats.
-pub(crate) type LoadLabels = fn(&Path, &VolumeSpec, u64) -> Result<LabelMap, Cause>;
+pub type LoadLabels = fn(&Path, &VolumeSpec, u64) -> Result<LabelMap, Cause>;
 
 /// Rounding of the axes of a label map that are orthogonal.
 const ROUNDING: f64 = 1e-4;
@@ -282,7 +282,7 @@ fn in_words(grid: &VolumeGrid) -> String {
 }
 
 /// Where the label map's axes are in the patient.
-fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError> {
+pub(crate) fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError> {
     let columns = [0, 1, 2].map(|axis| labels.turned(&Vector3::ith(axis, 1.0)));
     let rows = [0, 1, 2].map(|row| columns.map(|column| column[row]));
     let turn = RotationMatrix::new(rows, ROUNDING).map(|matrix| matrix.rotation().quaternion());
@@ -292,7 +292,7 @@ fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError> {
 }
 
 /// The organ with the run's tube at the entry of its way.
-fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAnatomy> {
+pub(crate) fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAnatomy> {
     let (way, last) = (model.way, model.way.last(&model.bodies[0].field));
     let begin = pose_at(&way.entry, &way.direction, way.radius);
     let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;

@@ -4,6 +4,7 @@
 //! * `anatomy` reads the scene of organs and its label map, which must be on the voxels of the examination, and makes meshes.
 //! * `live` answers a pose: at rest where the tube touches nothing, else the next state from the last; refused where nobody saw how the tube
 //!   came there.
+//! * [`offline`] has the same answers for poses of no run, and the same organs with other numbers.
 //! * [`check`] is what it refuses at its start, without a run; `work` gives signs of life beside work of seconds.
 //! * `message` puts meshes and states into messages, `run` is the process.
 
@@ -13,6 +14,7 @@ pub mod cli;
 mod errors;
 mod live;
 mod message;
+pub mod offline;
 mod run;
 #[cfg(test)]
 mod tests;

@@ -55,7 +55,7 @@ fn the_truth_is_what_the_light_says() {
             .map_err(|refused| refused.why)
             .unwrap();
         let from = ready.room.next_frame();
-        let task = task(5, target.centre, 50.0, (&ready.quiet, from)).unwrap();
+        let task = task(5, (target.centre, None), 50.0, (&ready.quiet, from)).unwrap();
         let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None).unwrap();
         let last = done.last.clone().unwrap();
         let quiet = ready.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
@@ -85,7 +85,7 @@ fn the_truth_is_what_the_light_says() {
             &ready.chain,
             (&last.frame, &quiet),
             &last.pose,
-            target.centre,
+            (target.centre, None),
         )
         .unwrap();
         let [x, y, z] = target.centre.mm();
@@ -136,9 +136,11 @@ fn a_target_that_breathes_is_missed_by_what_the_formula_says() {
         let phase = std::f64::consts::PI * Chance::new(seed, 20).uniform(0);
         let down_mm = |t_s: f64| 10.0 * (std::f64::consts::PI * t_s / 3.5 + phase).cos().powi(6);
         let from = ready.room.next_frame();
-        let task = task(5, target.centre, 5.0, (&ready.quiet, from)).unwrap();
+        let task = task(5, (target.centre, None), 5.0, (&ready.quiet, from)).unwrap();
         let done = approach(&task, (&ready.room.localizer, &ready.chain), &stratum.dials, from, None).unwrap();
-        let row = ready.told(&done, target.centre, 1.0, empty(stratum, number, &target));
+        let organs = Organs::Breathe(ready.breath.unwrap());
+        let row = empty(stratum, number, &target);
+        let row = ready.told(&done, (target.centre, target.centre), &organs, (1.0, row));
         let last = done.last.as_ref().unwrap();
         let quiet = ready.quiet.frame_at(last.frame.seq, last.frame.ct_from_tool);
         let told = told(
@@ -146,7 +148,7 @@ fn a_target_that_breathes_is_missed_by_what_the_formula_says() {
             &ready.chain,
             (&last.frame, &quiet),
             &last.pose,
-            target.centre,
+            (target.centre, organs.moved(last.frame.t_capture_ns).unwrap()),
         )
         .unwrap();
         let shown_down = down_mm(last.frame.seq as f64 / 60.0);

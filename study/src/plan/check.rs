@@ -11,6 +11,7 @@ use super::error::PlanError;
 use super::raw::{RawBeads, RawDials, RawStudy};
 use super::surface;
 use super::sweep::{self, Sweep};
+use super::tissue;
 use super::{
     Beads, Breathing, Bump, Calibration, Ct, Dials, Display, Localizer, Marker, Planted, PlantedIn, Stratum, Touch,
 };
@@ -123,6 +124,7 @@ fn dials(at: &At<'_>, own: &RawDials, all: &RawDials, operations: u64) -> Result
         check_max_mm: at.within("check.max_mm", [own.check.max_mm, all.check.max_mm], 4.0, 0.1..=100.0)?,
         occlusion: occlusion(at, own, all)?,
         breathing: breathing(at, own, all)?,
+        tissue: tissue::tissue(at, own, all)?,
         bump: bump(at, own, all)?,
         planted: planted(at, own, all)?,
         understated: at.within(

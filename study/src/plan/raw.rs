@@ -38,6 +38,7 @@ pub(super) struct RawDials {
     pub(super) check: RawCheck,
     pub(super) occlusion: RawOcclusion,
     pub(super) breathing: RawBreathing,
+    pub(super) tissue: RawTissue,
     pub(super) bump: RawBump,
     pub(super) planted: RawPlanted,
 }
@@ -136,6 +137,15 @@ pub(super) struct RawOcclusion {
 pub(super) struct RawBreathing {
     pub(super) mm: Option<f64>,
     pub(super) period_s: Option<f64>,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RawTissue {
+    pub(super) scene: Option<String>,
+    pub(super) aimed: Option<String>,
+    pub(super) told: Option<String>,
+    pub(super) rate_hz: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize)]

@@ -2,6 +2,7 @@
 
 use bus::message::Lost;
 
+use super::organs;
 use super::summary::{Refusals, Summary, WITHIN_MM};
 use super::table::{Table, bad, length, percent, plain};
 use crate::plan::Plan;
@@ -14,16 +15,15 @@ const WORST: usize = 10;
 
 /// All of them, in order.
 pub(super) fn all(plan: &Plan, summaries: &[Summary], rows: &[Row]) -> Vec<Table> {
-    vec![
+    let organs = organs::table(summaries, rows);
+    let first = [
         misses(summaries),
         accuracy(summaries),
         coverage(summaries),
         budget(summaries),
-        ways(summaries),
-        lost(summaries),
-        refused(summaries),
-        worst(plan, rows),
-    ]
+    ];
+    let others = [ways(summaries), lost(summaries), refused(summaries), worst(plan, rows)];
+    first.into_iter().chain(organs).chain(others).collect()
 }
 
 fn misses(summaries: &[Summary]) -> Table {
@@ -133,8 +133,8 @@ fn budget(summaries: &[Summary]) -> Table {
     table.head.extend(links);
     table.noted(
         "registration: touches, tool and CT of the registration, or images of the bone, the probe's calibration and the bone that was taken from the CT; bump: the marker on the patient was moved on it; reference and frame: the noise of the last \
-         frame at the patient's marker and at the tool's; marker: the calibrated emitters; tool: tip, base and seat; breathing: where the breath had moved the organs since \
-         the CT. Nobody predicts a bump, the error of calibrated emitters, nor the breath.",
+         frame at the patient's marker and at the tool's; marker: the calibrated emitters; tool: tip, base and seat; organs: where the breath, or the tube, had moved the organs since \
+         the CT. Nobody predicts a bump, the error of calibrated emitters, nor the breath; what the tube does has a table of its own.",
     )
 }
 

@@ -22,7 +22,7 @@ fn only_the_truth_is_another_where_organs_breathe() {
     let held = lines("");
     assert_eq!(held, lines("breathing = { mm = 0.0, period_s = 3.0 }"));
     let breathing = lines("breathing = { mm = 10.0 }");
-    let of_truth = ["tre_mm", "nees", "miss_mm", "breathing_mm", "rest_mm", "hash"];
+    let of_truth = ["tre_mm", "nees", "miss_mm", "organs_mm", "rest_mm", "hash"];
     for (own, other) in held.iter().zip(&breathing).skip(1) {
         for ((column, a), b) in held[0].iter().zip(own).zip(other) {
             assert_eq!(a != b, of_truth.contains(&column.as_str()), "{column}: {a} {b}");

@@ -12,4 +12,5 @@ mod resumed;
 mod support;
 mod surface;
 mod sweep;
+mod tissue;
 mod worst;

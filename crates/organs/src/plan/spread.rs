@@ -47,6 +47,15 @@ pub struct Uncertain {
 }
 
 impl Uncertain {
+    /// The value that is so many standard deviations above the scene's: of Young's moduli by their logarithm.
+    pub fn at(&self, deviations: f64) -> f64 {
+        let up = self.moved[0];
+        match self.which {
+            Which::Poisson(_) => self.value + deviations * (up - self.value),
+            _ => self.value * (up / self.value).powf(deviations),
+        }
+    }
+
     /// Values near it and weights: the weighted sum of a function of the number is its derivative times one standard deviation. Of Young's moduli by the
     /// logarithm, exact of what is linear in them, as all forces are.
     pub fn slope(&self) -> [(f64, f64); 2] {
