@@ -42,6 +42,7 @@ Examples:
   study config/study/small.toml --out DIR
   pilot study config/study/accuracy.toml --out DIR
   pilot study config/study/surface.toml --out DIR --threads 2
+  pilot study config/study/tissue.toml --out DIR --worst 0
   pilot study config/study/*.toml --out DIR      # strata of one name are told as FILE.NAME";
 
 /// Holds the predicted error of whole operations against the true one, in silico

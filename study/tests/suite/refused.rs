@@ -156,19 +156,27 @@ fn a_stratum_has_what_all_have_but_for_its_own() {
 
 #[test]
 fn the_shipped_studies_are_good() {
-    for (text, operations) in [
-        (include_str!("../../../config/study/small.toml"), 20),
-        (include_str!("../../../config/study/accuracy.toml"), 1000),
-        (include_str!("../../../config/study/planted.toml"), 100),
-        (include_str!("../../../config/study/pixels.toml"), 20),
-        (include_str!("../../../config/study/breathing.toml"), 80),
-        (include_str!("../../../config/study/dials.toml"), 1600),
-        (include_str!("../../../config/study/extremes.toml"), 100),
-        (include_str!("../../../config/study/factorial.toml"), 960),
-        (include_str!("../../../config/study/fresh.toml"), 50),
-        (include_str!("../../../config/study/surface.toml"), 120),
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/study");
+    let operations = |path: &Path| Plan::load(&[path.to_owned()]).unwrap().operations();
+    for (name, expected) in [
+        ("small.toml", 20),
+        ("accuracy.toml", 1000),
+        ("planted.toml", 100),
+        ("pixels.toml", 20),
+        ("breathing.toml", 80),
+        ("dials.toml", 1600),
+        ("extremes.toml", 100),
+        ("factorial.toml", 960),
+        ("fresh.toml", 50),
+        ("shares.toml", 320),
+        ("surface.toml", 120),
+        ("tissue.toml", 80),
     ] {
-        assert_eq!(plan(text).operations(), operations);
+        assert_eq!(operations(&folder.join(name)), expected, "{name}");
+    }
+    // Those of the folder that are not named above.
+    for file in std::fs::read_dir(&folder).unwrap() {
+        assert!(operations(&file.unwrap().path()) > 0);
     }
 }
 
