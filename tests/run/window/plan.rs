@@ -136,10 +136,14 @@ fn what_is_pointed_at_on_the_glass_is_what_stands_in_the_plan() {
             (std::mem::replace(&mut last, now) == now).then_some(now)
         });
         point(&display, at);
-        press(&display, T);
-        let count = usize::from(k as u16) + 1;
-        let plan = plan_with(&path, "a target more", |plan| {
-            plan["targets"].as_array().is_some_and(|t| t.len() == count)
+        let (count, mut looks) = (usize::from(k as u16) + 1, 0);
+        let plan = wait_for("a target more", || {
+            // As a person does who sees that nothing came of it for half a minute: a busy machine shows no picture, and takes no key, for a while.
+            if looks % 1500 == 0 {
+                press(&display, T);
+            }
+            looks += 1;
+            read(&path).filter(|plan| plan["targets"].as_array().is_some_and(|t| t.len() == count))
         });
         let p = place(&plan["targets"][count - 1]["ct_mm"]);
         let [least, most] = greys_about(&patient, p);
