@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench soak -- [MINUTES] [kill SECONDS] [tissue]` (120 minutes): navigates in config/demo.toml with a recording, looks every
 //! ten seconds, and fits a line to what is seen after the first tenth of the time. With `kill`, one process dies every so many seconds, each
-//! in its turn. With `tissue` the scene is config/tissue.toml, whose tube strokes an organ all the time. Ends with 1 where something grows: by
+//! in its turn. With `tissue` the scene is config/tissue.toml, whose tube strokes organs all the time. Ends with 1 where something grows: by
 //! more than three errors of its slope, and by more than it may in a day; or where an image did not say what it shows of the organ.
 
 #![allow(clippy::print_stdout, reason = "the table is what this program is for")]
@@ -159,9 +159,9 @@ fn scene(moves_organs: bool) -> String {
     if !moves_organs {
         return read("demo.toml");
     }
-    let organs = root.join("config/solids/demo-kidney.toml");
+    let organs = root.join("config/solids/demo-organs.toml");
     let changed = [
-        ("solids/demo-kidney.toml", organs.to_str().unwrap()),
+        ("solids/demo-organs.toml", organs.to_str().unwrap()),
         // Hardly ever still: in and out all the time.
         ("pause_s = 3.0", "pause_s = 0.5"),
     ];

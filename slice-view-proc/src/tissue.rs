@@ -180,11 +180,13 @@ impl Shapes {
 }
 
 impl Moved<'_> {
-    /// Where the model has a place of the patient that lies in an organ at rest; `None` for one that lies in none.
+    /// Where the model has a place of the patient that lies in an organ at rest; `None` for one that lies in none, and for one that the regions of
+    /// two organs have, as between organs that nearly touch: nobody knows which of them it goes with.
     pub fn place(&self, at_rest: Point<Ct>) -> Option<Point<Ct>> {
         let own = (self.shapes.ct_from_model.inverse() * at_rest).mm();
         let organs = self.organs();
-        let organ = organs.iter().find(|organ| organ.shape.region().at(own) < 0.0)?;
+        let mut owners = organs.iter().filter(|organ| organ.shape.region().at(own) < 0.0);
+        let organ = owners.next().filter(|_| owners.next().is_none())?;
         let [x, y, z] = organ.shape.moved(organ.places, own)?;
         Some(self.shapes.ct_from_model * Point::new(x, y, z))
     }

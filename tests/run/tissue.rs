@@ -40,7 +40,7 @@ fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The shipped scene on coarser voxels, held where the tube has pushed the kidney.
+/// The shipped scene on coarser voxels, in which a node is none, with the kidney alone, held where the tube has pushed it.
 fn scene(world: &World) -> std::path::PathBuf {
     let text = std::fs::read_to_string(root().join("config/tissue.toml")).unwrap();
     let organs = root().join("config/solids/demo-kidney.toml");
@@ -51,7 +51,17 @@ fn scene(world: &World) -> std::path::PathBuf {
     let (_, after) = rest.split_once("[recording]").unwrap();
     let text = format!("{before}[recording]{after}")
         .replace("spacing_mm = 1.5", "spacing_mm = 3.0")
-        .replace("solids/demo-kidney.toml", organs.to_str().unwrap())
+        .replace("solids/demo-organs.toml", organs.to_str().unwrap())
+        .replace("\"para-aortic node\"", "\"under the kidney\"")
+        .replace("\"beside the aorta\"", "\"under the kidney\"")
+        .replace(
+            "name = \"under the kidney\"\nct_mm = [18.8, -6.9, 35.6]",
+            "name = \"under the kidney\"\nct_mm = [65.2, 38.0, 77.7]",
+        )
+        .replace(
+            "name = \"under the kidney\"\nct_mm = [28.5",
+            "name = \"elsewhere\"\nct_mm = [28.5",
+        )
         .replace("pause_s = 3.0", "pause_s = 600.0")
         // A busy machine makes some states a second: a model that is left behind by 30 mm would rightly refuse the tube.
         .replace("insert_s = 8.0", "insert_s = 40.0")

@@ -7,14 +7,14 @@ use bus::volume::LabelMap;
 use geometry::rotation::RotationMatrix;
 use geometry::{Ct, DoorError, Model as ModelFrame, Point, Rigid, VolumeGrid, Voxel, checked};
 use nalgebra::Vector3;
-use organs::{Body, Labels, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
+use organs::{Body, Labels, Meeting, Meetings, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
 use simulation::space::cells::Lattice;
 use simulation::space::frames::{Frames, NoFrames, Settings};
 use simulation::space::tube::TubeError;
 
 use crate::errors::Errors;
-use crate::live::{Live, pose_at, tube};
+use crate::live::{Live, Met, pose_at, tube};
 use crate::message;
 
 type Cause = Box<dyn std::error::Error + Send + Sync>;
@@ -77,13 +77,16 @@ pub(crate) enum NoAnatomy {
         /// Whether a part of the examination is loaded, or several voxels are made one.
         is_part: bool,
     },
-    /// More than the live model does.
-    #[error("{path}: {found} organs; one is moved in a run so far")]
-    Organs {
+    /// Organs that the model, which has no contact between them, could not tell apart.
+    #[error(
+        "{path}: {}: the model has no contact between organs, so they must lie apart where nothing pushes them: leave one out, or give another label map",
+        .met.at_rest()
+    )]
+    Meet {
         /// The scene of organs.
         path: PathBuf,
-        /// How many.
-        found: usize,
+        /// Which, and how deep.
+        met: Met,
     },
     /// A tube that is not the run's.
     #[error(
@@ -116,11 +119,12 @@ pub(crate) enum NoAnatomy {
     Cubes,
 }
 
-/// An organ ready for poses.
+/// Organs ready for poses.
 pub(crate) struct Anatomy {
     pub(crate) live: Live,
     pub(crate) errors: Errors,
-    pub(crate) lattice: Lattice,
+    /// In the order of the organs.
+    pub(crate) lattices: Vec<Lattice>,
     pub(crate) mesh: TissueMesh,
     /// In words.
     pub(crate) said: String,
@@ -139,28 +143,78 @@ pub(crate) fn make(
     let labels = labels((&source, &plan), (scene, grid), load)?;
     let model = Model::without_tube(&plan, &labels).map_err(|why| source.error_at(why))?;
     let ct_from_model = placed(&labels)?;
-    let body = &model.bodies[0];
-    let lattice = body.mesh.lattice(&body.field).ok_or(NoAnatomy::Cubes)?;
-    let mesh = message::mesh(body, &lattice, (ct_from_model, hash));
-    let kept: String = model.obstacles.iter().map(kept_out).collect();
-    let said = format!(
-        "{}: {} cubes, {} unknowns{kept}{}",
-        body.name,
-        lattice.cubes.len(),
-        body.mesh.unknowns(),
-        cut_off(body)
-    );
+    let meetings = apart(&model.bodies, spec)?;
+    let (lattices, mesh) = meshes(&model.bodies, (ct_from_model, hash))?;
+    let said = in_all(&model, &plan, &lattices, &meetings);
     let varied = Varied::all(&model, &plan, &labels).map_err(|why| source.error_at(why))?;
-    let body = body.clone();
-    let live = Live::new(frames(model, scene, spec)?, ct_from_model);
+    let bodies = model.bodies.clone();
+    let names = bodies.iter().map(|body| body.name.clone()).collect();
+    let live = Live::new(frames(model, scene, spec)?, ct_from_model, (meetings, names));
     let targets = scene.targets.iter().map(|target| target.centre);
     Ok(Anatomy {
-        errors: Errors::new(targets, (&body, &live), varied, spec.error_every),
+        errors: Errors::new(targets, (&bodies, &mesh, &live), varied, spec.error_every),
         live,
-        lattice,
+        lattices,
         mesh,
         said,
     })
+}
+
+/// What images draw, and the mesh as a message.
+pub(crate) fn meshes(
+    bodies: &[Body],
+    placed: (Rigid<Ct, ModelFrame>, [u8; 32]),
+) -> Result<(Vec<Lattice>, TissueMesh), NoAnatomy> {
+    let lattices = bodies.iter().map(|body| body.mesh.lattice(&body.field));
+    let lattices: Vec<Lattice> = lattices.collect::<Option<_>>().ok_or(NoAnatomy::Cubes)?;
+    let mesh = message::mesh(bodies, &lattices, placed);
+    Ok((lattices, mesh))
+}
+
+/// What tells whether organs have come into one another; refused where they are so, or touch, before anything moves them.
+pub(crate) fn apart(bodies: &[Body], spec: &TissueSpec) -> Result<Meetings, NoAnatomy> {
+    let meetings = Meetings::new(bodies);
+    match meetings.at_rest() {
+        None => Ok(meetings),
+        Some(Meeting { organs, depth }) => Err(NoAnatomy::Meet {
+            path: spec.organs.clone(),
+            met: Met::new(organs.map(|k| bodies[k].name.as_str()), depth),
+        }),
+    }
+}
+
+/// What was made, in words: organ by organ, and how they are told apart.
+fn in_all(model: &Model, plan: &Plan, lattices: &[Lattice], meetings: &Meetings) -> String {
+    let each = model
+        .bodies
+        .iter()
+        .zip(lattices)
+        .enumerate()
+        .map(|(k, (body, lattice))| {
+            let own = model.obstacles.iter().zip(&plan.contacts);
+            let kept: String = own
+                .filter(|(_, contact)| contact.organ == k)
+                .map(|(o, _)| kept_out(o))
+                .collect();
+            format!(
+                "{}: {} cubes, {} unknowns{kept}{}",
+                body.name,
+                lattice.cubes.len(),
+                body.mesh.unknowns(),
+                cut_off(body)
+            )
+        });
+    let each: Vec<String> = each.collect();
+    match each.len() {
+        1 => each.concat(),
+        count => format!(
+            "{count} organs of {} unknowns, looked at in {} places up to {:.1} mm apart for whether they lie in one another; {}",
+            model.unknowns()[0],
+            meetings.places(),
+            meetings.step(),
+            each.join("; ")
+        ),
+    }
 }
 
 /// What it slides along, and what of that a state may not come to.
@@ -194,7 +248,7 @@ pub(crate) fn read((scene, spec): (&Scene, &TissueSpec)) -> Result<(Parsed<RawSp
     })?;
     let source = Parsed::<RawSpaceScene>::parse(text, path)?;
     let plan = Plan::new(&source.scene).map_err(|why| source.error_at(why))?;
-    alone(path, &plan, scene)?;
+    by_the_tool(path, &plan, scene)?;
     Ok((source, plan))
 }
 
@@ -211,20 +265,13 @@ fn same(path: &Path, key: &'static str, expected: Option<&str>, found: impl Fn()
     }
 }
 
-/// One organ, and the tube of the run.
-fn alone(path: &Path, plan: &Plan, scene: &Scene) -> Result<(), NoAnatomy> {
-    let path = || path.to_owned();
-    if plan.organs.len() != 1 {
-        return Err(NoAnatomy::Organs {
-            path: path(),
-            found: plan.organs.len(),
-        });
-    }
+/// Pushed by the tube of the run.
+fn by_the_tool(path: &Path, plan: &Plan, scene: &Scene) -> Result<(), NoAnatomy> {
     let (found, expected) = (2.0 * plan.way.radius, scene.tool.diameter_mm);
     match (found - expected).abs() <= SAME {
         true => Ok(()),
         false => Err(NoAnatomy::Tool {
-            path: path(),
+            path: path.to_owned(),
             found,
             expected,
         }),
@@ -291,9 +338,11 @@ pub(crate) fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError
     checked::rigid(quaternion, labels.patient(&Vector3::zeros()).into(), 1e-9)
 }
 
-/// The organ with the run's tube at the entry of its way.
+/// The organs with the run's tube at the entry of its way.
 pub(crate) fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAnatomy> {
-    let (way, last) = (model.way, model.way.last(&model.bodies[0].field));
+    let way = model.way;
+    let lasts: Vec<f64> = model.bodies.iter().map(|body| way.last(&body.field)).collect();
+    let pressed: Vec<usize> = (0..lasts.len()).collect();
     let begin = pose_at(&way.entry, &way.direction, way.radius);
     let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;
     let settings = Settings {
@@ -306,9 +355,9 @@ pub(crate) fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<F
         ..Settings::default()
     };
     // Where points of the surface were laid for it.
-    let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
+    let wanted = |organ: usize, at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], lasts[organ]).is_some();
     let a = model.system.initial();
-    Frames::new(model.system, a, 0, tube, settings, wanted).map_err(|source| NoAnatomy::Frames {
+    Frames::of_bodies(model.system, a, &pressed, tube, settings, wanted).map_err(|source| NoAnatomy::Frames {
         path: spec.organs.clone(),
         source,
     })

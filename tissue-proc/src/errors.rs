@@ -4,7 +4,7 @@
 //! [`simulation::space::frames::Yielding`]: to first order, with contact as it is. A place is moved by `d_i` for each, and its covariance is the sum of `d_i d_i^T`, as
 //! [`simulation::space::error::Spread`] has it of states that are solved again. What a step of this leaves unknown is told as not known.
 
-use bus::message::{MOST_ERRORS, PlaceError, TissueHeader, ToolPose};
+use bus::message::{MOST_ERRORS, PlaceError, TissueHeader, TissueMesh, ToolPose};
 use geometry::{Ct, Point};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use organs::{Body, Varied};
@@ -12,13 +12,23 @@ use simulation::space::cells::Field;
 use simulation::space::frames::{Frame, State};
 
 use crate::live::Live;
+use crate::message::owner;
 
-/// A target in the organ.
+/// A target in an organ.
 #[derive(Debug)]
 struct Place {
     at_rest_mm: [f64; 3],
+    /// The organ's number.
+    organ: usize,
     /// Nodes that move it, with weights.
     row: Vec<(u32, f64)>,
+}
+
+impl Place {
+    /// By these displacements of all organs' nodes, or small changes of them.
+    fn moved(&self, live: &Live, all: &[f64]) -> Vector3<f64> {
+        organs::body::displacement(&self.row, live.frames.system().bodies.part(self.organ, all))
+    }
 }
 
 /// What was found of a state is told of later ones until the tube has gone so far, mm: pushed farther, they would be larger.
@@ -76,15 +86,19 @@ impl Errors {
     /// Of targets that lie in an organ, [`MOST_ERRORS`] at most; of the others nothing is known.
     pub(crate) fn new(
         targets: impl Iterator<Item = Point<Ct>>,
-        (body, live): (&Body, &Live),
+        (bodies, mesh, live): (&[Body], &TissueMesh, &Live),
         varied: Vec<Varied>,
         every: usize,
     ) -> Self {
         let place = |target: Point<Ct>| {
             let own = Vector3::from(live.own(target));
-            let row = body.mesh.row(&own).filter(|_| body.field.value(&own) < 0.0)?;
+            // By the region that images take it along with, and by the organ's own surface: what one of them has elsewhere has no known error.
+            let organ = owner(mesh, own.into())?;
+            let body = bodies.get(organ).filter(|body| body.field.value(&own) < 0.0)?;
+            let row = body.mesh.row(&own)?;
             Some(Place {
                 at_rest_mm: target.mm(),
+                organ,
                 row,
             })
         };
@@ -124,10 +138,16 @@ impl Errors {
         }
     }
 
+    /// How far a target in an organ has been moved, mm in the CT's axes; `None` of any other place.
+    pub(crate) fn moved(&self, target: Point<Ct>, live: &Live) -> Option<[f64; 3]> {
+        let place = self.places.iter().find(|place| place.at_rest_mm == target.mm())?;
+        Some(live.turned(&place.moved(live, live.frames.state())))
+    }
+
     fn size(&self, frame: &Frame, live: &Live) -> Size {
         let mut ways = [0.0; MOST_ERRORS];
         for (way, place) in ways.iter_mut().zip(&self.places) {
-            *way = organs::body::displacement(&place.row, live.frames.state()).norm();
+            *way = place.moved(live, live.frames.state()).norm();
         }
         let force = frame.force.force.norm();
         Size { force, ways }
@@ -168,8 +188,7 @@ impl Errors {
             for one in &self.varied {
                 let change = yielding.to(&one.forces(a)?)?;
                 for (sum, place) in sums.iter_mut().zip(&self.places) {
-                    let moved = organs::body::displacement(&place.row, &change);
-                    let moved = Vector3::from(live.turned(&moved));
+                    let moved = Vector3::from(live.turned(&place.moved(live, &change)));
                     *sum += moved * moved.transpose();
                 }
             }

@@ -1,20 +1,67 @@
-//! The organ's state for one pose after the other.
+//! The organs' state for one pose after the other.
 
 use geometry::{Ct, Model, Point, Rigid, Tool};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use organs::{Meeting, Meetings};
 use simulation::space::frames::{Frame, Frames, Refused, State};
 use simulation::space::tube::{Tube, TubeError};
 
 /// A tube that was elsewhere is walked to its pose through tissue over no longer a way, mm: how it came there nobody saw.
 pub(crate) const MOST_WALKED_MM: f64 = 30.0;
 
+/// Names in words about organs are cut after so many bytes: what is told of a pose has room for 160.
+const NAME: usize = 44;
+
+/// Two organs that have come into one another.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Met {
+    names: [String; 2],
+    /// mm; below 0 where they are apart by so much.
+    depth: f64,
+}
+
+impl Met {
+    pub(crate) fn new(names: [&str; 2], depth: f64) -> Self {
+        let cut = |name: &str| name[..name.floor_char_boundary(NAME)].to_owned();
+        Self {
+            names: names.map(cut),
+            depth,
+        }
+    }
+
+    /// In words, of organs that nothing has moved.
+    pub(crate) fn at_rest(&self) -> String {
+        let [one, other] = &self.names;
+        match self.depth > 0.0 {
+            true => format!(
+                "organs {one} and {other} lie {:.2} mm in one another at rest",
+                self.depth
+            ),
+            false => format!("organs {one} and {other} touch at rest"),
+        }
+    }
+}
+
+impl std::fmt::Display for Met {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [one, other] = &self.names;
+        let depth = self.depth;
+        write!(
+            f,
+            "organs {one} and {other} lie {depth:.2} mm in one another, which the model does not bear"
+        )
+    }
+}
+
 /// What became of a pose.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Answer {
     /// A state, at the pose or on the way to it.
     State(Frame),
     /// There is none: see [`Refused`].
     Refused(Refused),
+    /// Organs would lie in one another, and nothing in the model keeps them apart.
+    Met(Met),
     /// The tube lies in tissue, and nobody knows how it came there: it was far off, its way was not seen, or poses rest on another registration.
     Unseen {
         /// From where it was, mm.
@@ -28,6 +75,7 @@ impl Answer {
         match self {
             Self::State(_) => None,
             Self::Refused(why) => Some(why.to_string()),
+            Self::Met(met) => Some(met.to_string()),
             Self::Unseen { way } => Some(format!(
                 "in tissue by a way that nobody saw, {way:.0} mm from where it was last, draw it back"
             )),
@@ -35,10 +83,12 @@ impl Answer {
     }
 }
 
-/// An organ and the tube.
+/// Organs and the tube.
 #[derive(Debug)]
 pub(crate) struct Live {
     pub(crate) frames: Frames,
+    /// What tells whether organs lie in one another, and their names.
+    meetings: (Meetings, Vec<String>),
     ct_from_model: Rigid<Ct, Model>,
     /// From the tool's frame, whose origin is the foremost point, to the middle of the round tip, mm along z.
     radius: f64,
@@ -67,10 +117,11 @@ pub(crate) fn pose_at(tip: &Vector3<f64>, direction: &Vector3<f64>, radius: f64)
 }
 
 impl Live {
-    pub(crate) fn new(frames: Frames, ct_from_model: Rigid<Ct, Model>) -> Self {
+    pub(crate) fn new(frames: Frames, ct_from_model: Rigid<Ct, Model>, meetings: (Meetings, Vec<String>)) -> Self {
         let radius = frames.tube().least_radius();
         Self {
             frames,
+            meetings,
             ct_from_model,
             radius,
             unseen: true,
@@ -111,9 +162,18 @@ impl Live {
         if self.unseen {
             return Answer::Unseen { way };
         }
-        let frame = self.frames.frame(&pose);
-        match frame.state {
-            State::Refused(why) => Answer::Refused(why),
+        let (meetings, names) = &self.meetings;
+        let mut met = None;
+        // A state in which organs lie in one another is none to go on from either: they would have pushed one another elsewhere.
+        let frame = self.frames.frame_where(&pose, |bodies, a| {
+            met = meetings.deepest(bodies, a);
+            met.is_none()
+        });
+        match (frame.state, met) {
+            (State::Refused(_), Some(Meeting { organs, depth })) => {
+                Answer::Met(Met::new(organs.map(|k| names[k].as_str()), depth))
+            }
+            (State::Refused(why), None) => Answer::Refused(why),
             _ => Answer::State(frame),
         }
     }
@@ -133,5 +193,27 @@ impl Live {
     pub(crate) fn moment_about_tip(&self, frame: &Frame) -> [f64; 3] {
         let forward = self.frames.tube().pose().rotation * Vector3::z() * self.radius;
         self.turned(&(frame.force.moment - forward.cross(&frame.force.force)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is told of a pose has room for 160 bytes: of long names the depth was lost first.
+    #[test]
+    fn organs_of_long_names_are_told_with_how_deep_they_are() {
+        let names = ["\u{e4}".repeat(64), "kidney of the left side ".repeat(2)];
+        let met = Met::new([&names[0], &names[1]], 12.345).to_string();
+        assert!(
+            met.len() <= 160 && met.ends_with("12.35 mm in one another, which the model does not bear"),
+            "{met}"
+        );
+        assert!(
+            met.contains("organs \u{e4}\u{e4}") && met.contains(" and kidney of the left side kidney"),
+            "{met}"
+        );
+        let touch = Met::new(["a", "b"], -0.02).at_rest();
+        assert_eq!(touch, "organs a and b touch at rest");
     }
 }

@@ -1,15 +1,12 @@
 //! The organs of a scene for poses of no run: the answers that the process gives, and the same organs with other numbers of their tissue.
 
-use bus::message::{TissueHeader, ToolPose};
-use geometry::{Ct, Model as ModelFrame, Point, Rigid, Tool, Vector, VolumeGrid};
-use nalgebra::Vector3;
-use organs::body::displacement;
-use organs::{Body, Labels, Model, Parsed, Plan, RawSpaceScene, Varied};
+use bus::message::{TissueHeader, TissueMesh, ToolPose};
+use geometry::{Ct, Point, Rigid, Tool, Vector, VolumeGrid};
+use organs::{Labels, Model, Parsed, Plan, RawSpaceScene, Varied};
 use scene::{Scene, TissueSpec};
-use simulation::space::cells::Field;
 
 pub use crate::anatomy::LoadLabels;
-use crate::anatomy::{frames, labels, placed, read};
+use crate::anatomy::{apart, frames, labels, meshes, placed, read};
 use crate::errors::Errors;
 use crate::live::{Answer, Live};
 use crate::message::header;
@@ -25,7 +22,7 @@ pub struct Anatomist {
     plan: Plan,
     labels: Labels,
     model: Model,
-    ct_from_model: Rigid<Ct, ModelFrame>,
+    mesh: TissueMesh,
 }
 
 /// Organs that follow one tube from pose to pose.
@@ -33,8 +30,6 @@ pub struct Anatomist {
 pub struct Organs {
     live: Live,
     errors: Errors,
-    /// The region and the nodes of each organ.
-    bodies: Vec<Body>,
     /// Poses so far.
     seq: u64,
 }
@@ -49,8 +44,9 @@ impl Anatomist {
         let (source, plan) = read((scene, &spec))?;
         let labels = labels((&source, &plan), (scene, grid), load)?;
         let model = Model::without_tube(&plan, &labels).map_err(|why| source.error_at(why))?;
+        let (_, mesh) = meshes(&model.bodies, (placed(&labels)?, [0; 32]))?;
         Ok(Self {
-            ct_from_model: placed(&labels)?,
+            mesh,
             scene: scene.clone(),
             spec,
             source,
@@ -91,12 +87,14 @@ impl Anatomist {
     fn made(&self, plan: &Plan, varied: Vec<Varied>) -> Result<Organs, Cause> {
         let changed = self.model.changed(plan, &self.labels);
         let model = changed.map_err(|why| self.source.error_at(why))?;
-        let live = Live::new(frames(model, &self.scene, &self.spec)?, self.ct_from_model);
+        let bodies = &self.model.bodies;
+        let names = bodies.iter().map(|body| body.name.clone()).collect();
+        let apart = (apart(bodies, &self.spec)?, names);
+        let live = Live::new(frames(model, &self.scene, &self.spec)?, self.mesh.ct_from_model, apart);
         let targets = self.scene.targets.iter().map(|target| target.centre);
         Ok(Organs {
-            errors: Errors::new(targets, (&self.model.bodies[0], &live), varied, self.spec.error_every),
+            errors: Errors::new(targets, (bodies, &self.mesh, &live), varied, self.spec.error_every),
             live,
-            bodies: self.model.bodies.clone(),
             seq: 0,
         })
     }
@@ -124,18 +122,9 @@ impl Organs {
         header
     }
 
-    /// How far a place of the patient at rest has been moved, mm; `None` outside all organs.
-    pub fn moved(&self, at_rest: Point<Ct>) -> Option<Vector<Ct>> {
-        let own = Vector3::from(self.live.own(at_rest));
-        let mut inside = self
-            .bodies
-            .iter()
-            .enumerate()
-            .filter(|(_, body)| body.field.value(&own) < 0.0);
-        let (k, row) = inside.find_map(|(k, body)| Some((k, body.mesh.row(&own)?)))?;
-        let frames = &self.live.frames;
-        let part = frames.system().bodies.part(k, frames.state());
-        let [x, y, z] = self.live.turned(&displacement(&row, part));
+    /// How far one of the scene's targets has been moved, mm; `None` of one in no organ, and of any other place.
+    pub fn moved(&self, target: Point<Ct>) -> Option<Vector<Ct>> {
+        let [x, y, z] = self.errors.moved(target, &self.live)?;
         Some(Vector::new(x, y, z))
     }
 }

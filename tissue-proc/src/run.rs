@@ -19,7 +19,7 @@ use simulation::space::frames::State;
 use crate::anatomy::{Anatomy, LoadLabels, NoAnatomy, make};
 use crate::errors::Errors;
 use crate::live::{Answer, Live};
-use crate::message::header;
+use crate::message::{header, places};
 use crate::work::beside;
 
 /// Its name in the run.
@@ -117,7 +117,7 @@ struct Tissue {
     process: Process,
     live: Live,
     errors: Errors,
-    lattice: Lattice,
+    lattices: Vec<Lattice>,
     mesh_id: [u8; 32],
     said: String,
     meshes: HeadedPublisher<TissueMeshHeader, u8>,
@@ -146,7 +146,7 @@ impl Tissue {
             process,
             live: anatomy.live,
             errors: anatomy.errors,
-            lattice: anatomy.lattice,
+            lattices: anatomy.lattices,
             mesh_id: header.mesh_id,
             said: anatomy.said,
             meshes,
@@ -232,7 +232,7 @@ impl Tissue {
         };
         self.places.clear();
         if let Some(Answer::State(_)) = answer {
-            self.lattice.displaced(self.live.frames.state(), &mut self.places);
+            places(&self.lattices, &self.live, &mut self.places);
         }
         self.note = said(answer.as_ref());
         self.seq += 1;
@@ -290,7 +290,7 @@ impl Asked {
 fn said(answer: Option<&Answer>) -> String {
     match answer {
         None => "no pose".to_owned(),
-        Some(Answer::Refused(_) | Answer::Unseen { .. }) => {
+        Some(Answer::Refused(_) | Answer::Met(_) | Answer::Unseen { .. }) => {
             format!("refused: {}", answer.and_then(Answer::why).unwrap_or_default())
         }
         Some(Answer::State(frame)) => format!(

@@ -1,5 +1,7 @@
 //! Whole answers: the generated patient's kidney, and what is refused before any pose.
 
+mod several;
+
 use std::path::Path;
 
 use geometry::{Ct, Direction, Point, Rigid, Tool, checked};
@@ -88,6 +90,7 @@ fn an_organ_follows_the_tube_and_only_where_somebody_saw_how_it_came_there() {
     match live.answer(aside) {
         Answer::State(frame) => assert!(frame.factor > 1),
         Answer::Refused(_) => {}
+        Answer::Met(met) => panic!("{met}"),
         Answer::Unseen { way } => panic!("{way}"),
     }
     another_registration_is_no_way_of_the_tube(live);

@@ -13,6 +13,7 @@
 pub mod body;
 pub mod hold;
 pub mod labels;
+pub mod meeting;
 pub mod model;
 pub mod numbers;
 pub mod plan;
@@ -28,6 +29,7 @@ pub mod way;
 
 pub use body::Body;
 pub use labels::{Labels, NoLabels};
+pub use meeting::{Meeting, Meetings};
 pub use model::{Model, Obstacle};
 pub use plan::Plan;
 pub use raw::RawSpaceScene;

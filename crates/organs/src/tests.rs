@@ -1,6 +1,7 @@
 //! A label map made in memory: a ball on a floor, which a tube presses from the front.
 
 mod labels;
+mod meeting;
 mod model;
 mod sha;
 

@@ -176,12 +176,17 @@ impl Canvas {
         self.add(Solid::tissue(hu, surface));
     }
 
-    /// Tubes along `path`, thick as told at each of its points.
+    /// Tubes along `path`, thick as told at each of its points, that are no structure.
     pub(crate) fn vessel(&mut self, hu: f64, path: &[(Vec3, f64)]) {
+        self.vessel_of(Some(0), hu, path);
+    }
+
+    /// The same as a part of a structure; `None`: of what they are painted over.
+    pub(crate) fn vessel_of(&mut self, structure: Option<u16>, hu: f64, path: &[(Vec3, f64)]) {
         for pair in path.windows(2) {
             let ends = [pair[0].0, pair[1].0];
             let radii = [pair[0].1, pair[1].1];
-            self.tissue(hu, Surface::Tube { ends, radii });
+            self.add(Solid::tissue(hu, Surface::Tube { ends, radii }).of(structure));
         }
     }
 

@@ -100,13 +100,13 @@ pub(crate) fn approach(plan: &Plan, nodes: &[Landmark]) -> Approach {
     }
 }
 
-/// Paints nodes and beads, with their sharper edge.
-pub(crate) fn paint(canvas: &mut Canvas, hu: f64, landmarks: &[Landmark]) {
-    for mark in landmarks {
+/// Paints nodes or beads, with their sharper edge, each of the structure of its number, or of none.
+pub(crate) fn paint(canvas: &mut Canvas, hu: f64, landmarks: &[Landmark], structures: &[u16]) {
+    for (k, mark) in landmarks.iter().enumerate() {
         let ball = Surface::Ball {
             centre: mark.centre.mm(),
             radius: mark.diameter_mm / 2.0,
         };
-        canvas.add(Solid::sharp(hu, ball));
+        canvas.add(Solid::sharp(hu, ball).of(Some(structures.get(k).copied().unwrap_or(0))));
     }
 }

@@ -61,8 +61,8 @@ impl Phantom {
         let mut canvas = anatomy::paint(&plan);
         let targets = landmark::nodes(&plan);
         let beads = landmark::beads(&plan);
-        landmark::paint(&mut canvas, landmark::NODE_HU, &targets);
-        landmark::paint(&mut canvas, landmark::BEAD_HU, &beads);
+        landmark::paint(&mut canvas, landmark::NODE_HU, &targets, &structure::NODES);
+        landmark::paint(&mut canvas, landmark::BEAD_HU, &beads, &[]);
         let approach = landmark::approach(&plan, &targets);
         Self {
             canvas,

@@ -275,7 +275,9 @@ fn short_and_long_buffers_are_no_accident() {
 /// A structure is where its HU are, and a slice of structures is what each place says.
 #[test]
 fn structures_lie_where_their_tissue_does() {
-    use phantom::structure::{KIDNEY_LEFT, KIDNEY_RIGHT, MUSCLES_LEFT, MUSCLES_RIGHT};
+    use phantom::structure::{
+        AORTA, ILIAC_ARTERIES, ILIAC_VEINS, KIDNEY_LEFT, KIDNEY_RIGHT, MUSCLES_LEFT, MUSCLES_RIGHT, NODES, VENA_CAVA,
+    };
     let patient = default_patient();
     let grid = patient.grid([4.0; 3]).unwrap();
     let [nx, ny, nz] = grid.dims();
@@ -301,6 +303,27 @@ fn structures_lie_where_their_tissue_does() {
                     let is_whole = (-128.0..208.0).contains(&place.mm()[2]);
                     assert!(!is_whole || (-30.0..720.0).contains(&hu), "{hu} at {place:?}");
                 }
+                // Contrast, half of it fat at the rim; half of it air at the scan's ends. Iliac vessels lie in one another's rims, and at bone.
+                AORTA | VENA_CAVA => {
+                    assert_eq!(label == AORTA, place.mm()[0] > -3.0, "{place:?}");
+                    let is_whole = place.mm()[2] < 208.0;
+                    assert!(!is_whole || (20.0..310.0).contains(&hu), "{hu} at {place:?}");
+                }
+                label if ILIAC_ARTERIES.contains(&label) || ILIAC_VEINS.contains(&label) => {
+                    let is_left = [ILIAC_ARTERIES[0], ILIAC_VEINS[0]].contains(&label);
+                    assert!(
+                        if is_left {
+                            place.mm()[0] > -28.0
+                        } else {
+                            place.mm()[0] < 13.0
+                        },
+                        "{place:?}"
+                    );
+                }
+                label if NODES.contains(&label) => {
+                    let number = NODES.iter().position(|node| *node == label).unwrap();
+                    assert!(patient.targets()[number].centre.distance(place) < 2.6, "{place:?}");
+                }
                 _ => assert_eq!(label, 0),
             }
         }
@@ -308,6 +331,15 @@ fn structures_lie_where_their_tissue_does() {
     // An ellipsoid of 28, 24 and 54 mm has 152 ml, that is 2375 voxels of 4 mm; this seed's are up to 8 % larger or smaller a side.
     for kidney in [KIDNEY_LEFT, KIDNEY_RIGHT] {
         assert!((1800..3000).contains(&counts[&kidney]), "{counts:?}");
+    }
+    // A cylinder of 9.5 mm and 184 of length is 815 voxels; a ball of 5 mm, one.
+    assert!((700..900).contains(&counts[&AORTA]), "{counts:?}");
+    assert!(
+        [VENA_CAVA, 65, 66, 67, 68].iter().all(|label| counts[label] > 80),
+        "{counts:?}"
+    );
+    for (label, node) in NODES.iter().zip(patient.targets()) {
+        assert_eq!(patient.structure(node.centre), *label);
     }
     assert!(
         MUSCLES_LEFT

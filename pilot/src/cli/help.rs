@@ -40,7 +40,7 @@ Examples:
 
 pub(super) const CHECK_HELP: &str = "\
 The examination's place, the label map of organs and all files that the scene names are read, and the organs of [tissue] meshed as a run \
-meshes them when it starts: seconds for one organ of some thousand unknowns, up to minutes for the 150 000 that are allowed. Nothing is started.
+meshes them when it starts: seconds for organs of some thousand unknowns, up to minutes for the 150 000 that are allowed. Nothing is started.
 
 Examples:
   pilot check scene.toml

@@ -60,6 +60,25 @@ fn state(mesh_id: [u8; 32]) -> TissueHeader {
     }
 }
 
+/// A place in the regions of two organs went with the one that comes first in the message, whichever it is of.
+#[test]
+fn a_place_that_two_organs_have_goes_with_none_and_nodes_are_those_of_their_own_organ() {
+    use stage::{Block, shapes};
+    let blocks = [Block([20.0; 3], 10.0), Block([29.0, 20.0, 20.0], 10.0)];
+    let shapes = shapes(&blocks);
+    let by = [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+    let places = [blocks[0].nodes(|_| by[0]), blocks[1].nodes(|_| by[1])].concat();
+    let moved = Moved {
+        shapes: &shapes,
+        places: &places,
+    };
+    let found = |x: f64| moved.place(Point::new(x, 20.0, 20.0)).map(|place| place.mm());
+    assert_eq!(found(18.0), Some([19.0, 20.0, 20.0]));
+    assert_eq!(found(31.0), Some([31.0, 22.0, 20.0]));
+    assert_eq!(found(24.5), None);
+    assert_eq!(found(40.0), None);
+}
+
 /// Whoever joins late may be given the state first; and a mesh may come between the look for meshes and that for states.
 #[test]
 fn a_state_that_comes_before_its_mesh_waits_for_it() {

@@ -48,7 +48,14 @@ fn values_of_organs_that_a_run_would_refuse_are_named_with_their_line() {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     };
-    let second = text.replace("[[rigid]]", "[[organs]]\nname = \"liver\"\nlabel = 1\nyoung = 5e-3\npoisson = 0.49\nsmoothing = 2.0\ncubes = { side = 20.0 }\n\n[[rigid]]");
+    let organ = |k: usize| {
+        format!(
+            "[[organs]]\nname = \"{k}\"\nlabel = {}\nyoung = 5e-3\npoisson = 0.49\nsmoothing = 2.0\ncubes = {{ side = 20.0 }}\n\n",
+            300 + k
+        )
+    };
+    let many: String = (0..16).map(organ).collect();
+    let many = text.replace("[[rigid]]", &format!("{many}[[rigid]]"));
     for (organs, words) in [
         (
             other("\nstep = 2.0", "\nstep = 3.0"),
@@ -65,7 +72,7 @@ fn values_of_organs_that_a_run_would_refuse_are_named_with_their_line() {
             other("diameter = 12.0", "diameter = 14.0"),
             "key tube.diameter: found 14 mm; the run's tool has 12 mm".to_owned(),
         ),
-        (second, "2 organs; one is moved in a run so far".to_owned()),
+        (many, "key organs: found 17; allowed: 1 to 16".to_owned()),
         (
             other("young = 10e-3", "youngs = 10e-3"),
             format!("line {}, column | unknown field `youngs`", line(&text, "young")),
@@ -137,6 +144,37 @@ fn organs_that_cannot_be_meshed_or_met_are_named_unless_that_is_left_out() {
             stdout(&quick)
         );
     }
+}
+
+/// The model has no contact between organs: two that lie at one another would come into one another as soon as one is pushed.
+#[test]
+fn organs_that_lie_at_one_another_are_named() {
+    let text = kidney();
+    let vessel = |name: &str, label: u16| {
+        format!(
+            "[[organs]]\nname = \"{name}\"\nlabel = {label}\nyoung = 0.1\npoisson = 0.45\nsmoothing = 2.0\ncubes = {{ side = 26.0 }}\n\n"
+        )
+    };
+    let both = text.replace(
+        "[[rigid]]",
+        &format!("{}{}[[rigid]]", vessel("aorta", 52), vessel("iliac artery", 65)),
+    );
+    is_refused(
+        &check(&both, VOLUME, &[]),
+        "organs.toml: organs aorta and iliac artery | at rest | the model has no contact between organs",
+    );
+    assert!(check(&both, VOLUME, &["--quick"]).status.success());
+    // The aorta alone lies apart from the kidney, and what is made of both is told.
+    let apart = check(
+        &text.replace("[[rigid]]", &format!("{}[[rigid]]", vessel("aorta", 52))),
+        VOLUME,
+        &[],
+    );
+    let said = stdout(&apart) + &stderr(&apart);
+    assert!(
+        apart.status.success() && said.contains("2 organs of ") && said.contains("; aorta: "),
+        "{said}"
+    );
 }
 
 /// Without them an organ has no place that it comes back to.

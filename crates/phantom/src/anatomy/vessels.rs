@@ -2,6 +2,7 @@
 
 use crate::canvas::Canvas;
 use crate::plan::Plan;
+use crate::structure::{AORTA, ILIAC_ARTERIES, ILIAC_VEINS, VENA_CAVA};
 use crate::vec3::{Vec3, add, lerp, mirror};
 
 const ARTERY_HU: f64 = 300.0;
@@ -46,15 +47,15 @@ pub(crate) fn paint(plan: &Plan, canvas: &mut Canvas) {
             .map(|i| (at(plan, 26.0 + 12.0 * f64::from(i)), radius))
             .collect::<Vec<_>>()
     };
-    canvas.vessel(VEIN_HU + plan.enhancement, &column(cava_at, CAVA_MM));
+    canvas.vessel_of(Some(VENA_CAVA), VEIN_HU + plan.enhancement, &column(cava_at, CAVA_MM));
     paint_renal_arteries(plan, canvas);
-    canvas.vessel(ARTERY_HU, &column(aorta_at, AORTA_MM));
-    for side in [-1.0, 1.0] {
+    canvas.vessel_of(Some(AORTA), ARTERY_HU, &column(aorta_at, AORTA_MM));
+    for (side, structure) in [(-1.0, ILIAC_ARTERIES[1]), (1.0, ILIAC_ARTERIES[0])] {
         let [start, fork, brim, groin] = iliac_artery(plan, side);
         let path = [(start, 7.0), (fork, ILIAC_MM), (brim, 4.8), (groin, 4.5)];
-        canvas.vessel(ARTERY_HU, &path);
+        canvas.vessel_of(Some(structure), ARTERY_HU, &path);
         let inner = mirror([38.0, plan.spine_y + 2.0, -70.0], side);
-        canvas.vessel(ARTERY_HU, &[(fork, 4.0), (inner, 3.0)]);
+        canvas.vessel_of(Some(structure), ARTERY_HU, &[(fork, 4.0), (inner, 3.0)]);
     }
     paint_mesenteric(plan, canvas);
 }
@@ -63,8 +64,8 @@ pub(crate) fn paint(plan: &Plan, canvas: &mut Canvas) {
 fn paint_veins(plan: &Plan, canvas: &mut Canvas) {
     let meeting = add(cava_at(plan, 16.0), [1.0, 0.0, 0.0]);
     let hu = VEIN_HU + plan.enhancement;
-    canvas.vessel(hu, &[(cava_at(plan, 26.0), CAVA_MM), (meeting, 9.0)]);
-    for side in [-1.0, 1.0] {
+    canvas.vessel_of(Some(VENA_CAVA), hu, &[(cava_at(plan, 26.0), CAVA_MM), (meeting, 9.0)]);
+    for (side, structure) in [(-1.0, ILIAC_VEINS[1]), (1.0, ILIAC_VEINS[0])] {
         let [_, fork, brim, groin] = iliac_artery(plan, side);
         let path = [
             (meeting, 8.0),
@@ -72,7 +73,7 @@ fn paint_veins(plan: &Plan, canvas: &mut Canvas) {
             (add(brim, mirror([-5.0, 11.0, 0.0], side)), 5.5),
             (add(groin, mirror([-10.0, 4.0, 0.0], side)), 5.0),
         ];
-        canvas.vessel(hu, &path);
+        canvas.vessel_of(Some(structure), hu, &path);
     }
     for (side, z) in [(-1.0, 116.0), (1.0, 126.0)] {
         let hilum = [side * 46.0, plan.spine_y + 3.0, z];
@@ -102,7 +103,8 @@ fn paint_mesenteric(plan: &Plan, canvas: &mut Canvas) {
         (add(root, [-6.0, -32.0, -60.0]), 3.0),
         (add(root, [-22.0, -38.0, -104.0]), 2.0),
     ];
-    canvas.vessel(ARTERY_HU, &artery);
+    // It begins on the aorta's axis: what lies in the aorta is the aorta's.
+    canvas.vessel_of(None, ARTERY_HU, &artery);
     let vein = artery.map(|(p, r)| (add(p, [-11.0, -3.0, 0.0]), r + 1.4));
-    canvas.vessel(VEIN_HU + 10.0 + plan.enhancement, &vein[1..]);
+    canvas.vessel_of(None, VEIN_HU + 10.0 + plan.enhancement, &vein[1..]);
 }

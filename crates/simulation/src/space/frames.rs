@@ -37,6 +37,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::bodies::Bodies;
 use super::system::System;
 use super::term::ObstacleContact;
 use super::tube::Tube;
@@ -84,7 +85,8 @@ pub struct Frames {
     others: Others,
     factors: Factors,
     mix: Mix,
-    least_force: f64,
+    /// Of each solid.
+    least_forces: Vec<f64>,
     /// The forces of contact of the last step, as a length.
     scale: f64,
     frame: u64,
@@ -128,6 +130,12 @@ impl Frames {
 
     /// Moves the tube to a pose, and the tissue with it.
     pub fn frame(&mut self, pose: &Isometry3<f64>) -> Frame {
+        self.frame_where(pose, |_, _| true)
+    }
+
+    /// The same, refused as [`Refused::Denied`] where `allowed` denies the state that was found: then the state before it stands, as after any
+    /// refusal, and what comes goes on from that. For what the model does not know of, as solids that come into one another.
+    pub fn frame_where(&mut self, pose: &Isometry3<f64>, allowed: impl FnOnce(&Bodies, &[f64]) -> bool) -> Frame {
         self.frame += 1;
         let parts = self.tube().way_to(pose) / (PART_OF_RADIUS * self.tube().least_radius());
         if self.now.tube.at(*pose).is_err() || parts > MOST_PARTS {
@@ -140,7 +148,13 @@ impl Frames {
         let parts = (parts.ceil() as usize).max(1);
         // What a refusal goes back to, and what the work is reckoned from.
         let (start, before) = (self.now.clone(), self.force());
-        match self.go(pose, parts, &start) {
+        let gone = self.go(pose, parts, &start);
+        let allowed = |found| {
+            allowed(&self.system.bodies, &self.now.a)
+                .then_some(found)
+                .ok_or(Refused::Denied)
+        };
+        match gone.and_then(allowed) {
             Ok(found) => {
                 let unsettled = self.unsettled();
                 let found = Found { unsettled, ..found };
@@ -159,6 +173,11 @@ impl Frames {
                 self.refuse(refused)
             }
         }
+    }
+
+    /// The least of the least forces, by which free forces are measured where nothing presses yet.
+    fn least_force(&self) -> f64 {
+        self.least_forces.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
     fn refuse(&self, refused: Refused) -> Frame {

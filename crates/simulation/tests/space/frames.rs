@@ -6,6 +6,7 @@ mod follow;
 mod held;
 mod refused;
 mod rest;
+mod several;
 mod slope;
 mod still;
 mod unproved;

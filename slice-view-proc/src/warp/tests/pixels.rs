@@ -138,3 +138,33 @@ fn organs_apart_keep_their_border_and_what_two_claim_is_said() {
         }
     }
 }
+
+/// Cubes reach beyond their organ's surface, and here into the other organ: that is no tissue, and none is there twice.
+#[test]
+fn cubes_of_two_organs_that_overlap_beyond_their_surfaces_claim_nothing_twice() {
+    let moved = |shift: [f64; 3]| move |x: [f64; 3]| std::array::from_fn(|a| x[a] + shift[a]);
+    // From -20 to 0 and from -8 to 12 mm along x; the organs in them from -18 to -6 and from -2 to 10.
+    let meshes = [
+        Mesh::new(&block([-20.0; 3], 10.0, 2), moved([0.0, 1.0, 0.0])),
+        Mesh::new(&block([-8.0, -20.0, -20.0], 10.0, 2), moved([0.0, -1.0, 0.0])),
+    ];
+    let shapes = [0, 1].map(|k| meshes[k].shape(in_box([16.0 * k as f64 - 12.0, -10.0, -10.0], 6.0), 5.0));
+    let places = [0, 1].map(|k| meshes[k].places());
+    let organs = [0, 1].map(|k| Organ {
+        shape: &shapes[k],
+        places: &places[k],
+    });
+    let plane = plane([-4.0, -10.0, -10.1], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 0.5, [64, 40]);
+    let mut warp = Warp::default();
+    let warped = warp.draw(&plane, &organs).unwrap();
+    assert_eq!(warped.twice, 0);
+    for organ in [0, 1] {
+        let own = warped
+            .pixels
+            .iter()
+            .filter(|pixel| **pixel == Pixel::Inside(organ))
+            .count();
+        // 12 mm of 24 pixels a side, but for what is trilinear between values of the region at its edges.
+        assert!((400..=26 * 26).contains(&own), "{own}");
+    }
+}

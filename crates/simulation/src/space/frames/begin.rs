@@ -24,18 +24,37 @@ impl Frames {
     /// # Errors
     /// [`NoFrames`].
     pub fn new(
-        mut system: System,
+        system: System,
         a: Vec<f64>,
         body: usize,
         tube: Tube,
         settings: Settings,
         wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
     ) -> Result<Self, NoFrames> {
+        let wanted = |of: usize, at: &Vector3<f64>, normal: &Vector3<f64>| of == body && wanted(at, normal);
+        Self::of_bodies(system, a, &[body], tube, settings, wanted)
+    }
+
+    /// The same of a tube that presses several solids, `pressed`, by points for which `wanted(solid, reference place, normal)` holds. Solids know
+    /// nothing of one another: whether they come into one another, whoever asks for frames must look ([`Frames::frame_where`]).
+    ///
+    /// # Errors
+    /// [`NoFrames`].
+    pub fn of_bodies(
+        mut system: System,
+        a: Vec<f64>,
+        pressed: &[usize],
+        tube: Tube,
+        settings: Settings,
+        wanted: impl Fn(usize, &Vector3<f64>, &Vector3<f64>) -> bool,
+    ) -> Result<Self, NoFrames> {
         settings.check(tube.least_radius())?;
         let (solids, expected) = (system.bodies.len(), system.bodies.size());
-        if body >= solids {
+        if let Some(body) = pressed.iter().copied().find(|body| *body >= solids) {
             return Err(NoFrames::NoBody { body, solids });
         }
+        let wanted =
+            |of: usize, at: &Vector3<f64>, normal: &Vector3<f64>| pressed.contains(&of) && wanted(of, at, normal);
         if a.len() != expected {
             return Err(NoFrames::Size {
                 found: a.len(),
@@ -57,22 +76,14 @@ impl Frames {
         if let Some(term) = system.others.iter().position(|term| term.changes()) {
             return Err(NoFrames::Changing { term });
         }
-        let others = Others::new(&system, body, &bones, &wanted);
-        let touches = Arc::new(Touches::new(&system, body, wanted, &bones)?);
+        let others = Others::new(&system, &bones, &wanted);
+        let touches = Arc::new(Touches::new(&system, pressed, wanted, &bones)?);
         let order = Dissection::by_places(&system.places(), &[])?;
         let at = Evaluated::of(&system, &a).ok_or(NoFrames::NoEnergy)?;
         let system = Arc::new(system);
         let made = Factors::new(&system, order, Arc::clone(&touches), settings.precision, &a);
         let factors = made.ok_or(NoFrames::NoFactor)?;
-        let solid = system.bodies.solid(body);
-        let hundredth = 1e-2 * solid.extent();
-        let usual = solid.shear_scale() * hundredth * hundredth;
-        let least_force = settings.least_force.unwrap_or(usual);
-        let used = Settings {
-            least_force: Some(least_force),
-            ..settings
-        };
-        used.check(tube.least_radius())?;
+        let least_forces = least_forces(&system, pressed, &settings, tube.least_radius())?;
         let now = Now {
             a,
             at,
@@ -92,8 +103,8 @@ impl Frames {
             settings,
             others,
             factors,
-            least_force,
-            scale: least_force,
+            scale: least_forces.iter().copied().fold(f64::INFINITY, f64::min),
+            least_forces,
             frame: 0,
             ways: [0.0; 2],
             slow: false,
@@ -125,4 +136,30 @@ impl Frames {
             ..found
         })
     }
+}
+
+/// What free forces of each solid are measured by at the least; of one that the tube does not press and that has no scale of its own, by the least of others.
+fn least_forces(system: &System, pressed: &[usize], settings: &Settings, radius: f64) -> Result<Vec<f64>, NoFrames> {
+    let usual = |body: usize| {
+        let solid = system.bodies.solid(body);
+        let hundredth = 1e-2 * solid.extent();
+        settings
+            .least_force
+            .unwrap_or(solid.shear_scale() * hundredth * hundredth)
+    };
+    let mut least = f64::INFINITY;
+    for body in pressed {
+        let least_force = Some(usual(*body));
+        Settings {
+            least_force,
+            ..*settings
+        }
+        .check(radius)?;
+        least = least.min(usual(*body));
+    }
+    let of = |body: usize| match usual(body) {
+        own if pressed.contains(&body) || own > 0.0 => own,
+        _ => least,
+    };
+    Ok((0..system.bodies.len()).map(of).collect())
 }

@@ -78,21 +78,25 @@ impl Contact {
         })
     }
 
-    /// The forces of pressures, with the unknowns of the touches at `v`; and the length of those of the tube, or where it does not press of all.
-    pub(super) fn push(&self, pressures: &[f64], v: &[f64], around: &Around<'_>) -> (Vec<f64>, f64) {
-        let (mut forces, mut own) = (vec![0.0; v.len()], 0.0);
+    /// The forces of pressures, with the unknowns of the touches at `v`; and of each solid the length of those of the tube, or where it does not
+    /// press of all.
+    pub(super) fn push(&self, pressures: &[f64], v: &[f64], around: &Around<'_>) -> (Vec<f64>, Vec<f64>) {
+        let mut forces = vec![0.0; v.len()];
+        let mut own = self.touches.lengths(&forces);
         let pressing = pressures.iter().enumerate().filter(|(_, p)| **p > 0.0);
         // Points at the tube come first: what bone carries may be far more than the tube presses.
         for (point, pressure) in pressing {
-            if self.touches.with(point) > 0 && own == 0.0 {
-                own = norm(&forces);
+            if self.touches.with(point) > 0 && own.iter().all(|own| *own == 0.0) {
+                own = self.touches.lengths(&forces);
             }
             let normal = self.touches.distance(point, v, around).gradient;
             let force = normal * (pressure * self.touches.area(point));
             self.touches.push(point, &force, &mut forces);
         }
-        let pushed = if own > 0.0 { own } else { norm(&forces) };
-        (forces, pushed)
+        for (own, all) in own.iter_mut().zip(self.touches.lengths(&forces)) {
+            *own = if *own > 0.0 { *own } else { all };
+        }
+        (forces, own)
     }
 
     /// What depths cost in a comparison of states: twice the work of the pressures, or of their mean where a point has less (an

@@ -28,6 +28,9 @@ pub enum Refused {
     /// A pose that is none, or out of all reach.
     #[error("the pose of the tube is not finite, its quaternion not of unit length, or it is a million radii away")]
     Pose,
+    /// Whoever asked denies the state: see [`super::Frames::frame_where`].
+    #[error("whoever asked for a state does not take the one that was found")]
+    Denied,
     /// No step lowers the energy.
     #[error("no step lowers the energy: the tissue cannot follow the tube")]
     NoStep,
@@ -82,7 +85,8 @@ pub enum Refused {
 pub struct Frame {
     /// How far it came.
     pub state: State,
-    /// Free forces over the forces of contact, of the tube where it presses, or over [`super::Settings::least_force`] where those are less.
+    /// Free forces over the forces of contact, of the tube where it presses, or over [`super::Settings::least_force`] where those are less; of several
+    /// solids, each by its own, that of the worst.
     pub residual: f64,
     /// What further steps would move the tissue, mm along an axis: an estimate of the algebraic part of the error, three times what one step more, contact
     /// included, moves any point of a surface or inside. It is of no other part: not of the mesh, nor of the model. Infinite where there is no

@@ -53,7 +53,7 @@ impl Frames {
         }
         let begun = self.begun.clone();
         self.restore(Now { tube, ..begun });
-        (self.last, self.mix, self.scale, self.slow) = (None, Mix::default(), self.least_force, false);
+        (self.last, self.mix, self.scale, self.slow) = (None, Mix::default(), self.least_force(), false);
         let tube = &self.now.tube;
         let found = Found {
             gap: self.gap(tube, &self.now.a),

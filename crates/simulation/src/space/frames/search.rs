@@ -145,10 +145,31 @@ impl Frames {
 
     /// Free forces with those of contact, and what their length is measured by.
     fn left(&self, at: &Evaluated, pressures: &[f64], v: &[f64], around: &Around<'_>) -> (Vec<f64>, f64) {
-        let (pushed, scale) = self.contact.push(pressures, v, around);
+        let (pushed, lengths) = self.contact.push(pressures, v, around);
         let mut free = at.forces.clone();
         self.contact.touches.add(&pushed, &mut free);
-        (free, scale.max(self.least_force))
+        let scale = self.scale(&free, &lengths);
+        (free, scale)
+    }
+
+    /// What the length of free forces is measured by, from the forces of contact on each solid. Each is measured by its own, and that of the worst
+    /// counts for all: a small one that hardly resists would else be far from its balance while a large one is pressed.
+    fn scale(&self, free: &[f64], pushed: &[f64]) -> f64 {
+        let scales = pushed
+            .iter()
+            .zip(&self.least_forces)
+            .map(|(pushed, least)| pushed.max(*least));
+        // Where nothing is left, the most delicate of them: what it is pushed by first must not be lost in what others bear.
+        let least = scales.clone().fold(f64::INFINITY, f64::min);
+        if pushed.len() == 1 {
+            return least;
+        }
+        let own = |body: usize| norm(self.system.bodies.part(body, free));
+        let worst = scales
+            .enumerate()
+            .map(|(body, scale)| own(body) / scale)
+            .fold(0.0, f64::max);
+        if worst > 0.0 { norm(free) / worst } else { least }
     }
 
     /// How far one step more would move the tissue, contact included, with a margin: most of what is left, as steps fall fast where factors serve.

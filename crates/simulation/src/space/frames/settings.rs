@@ -6,7 +6,7 @@ use crate::sparse::{NoOrder, Precision};
 /// When a frame ends, and how old factors may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Free forces over the forces of contact (both as lengths of the vector of all unknowns) at which a frame is settled.
+    /// Free forces over the forces of contact (both as lengths of the vector of a solid's unknowns) at which a frame is settled: of each solid.
     pub tolerance: f64,
     /// The deepest that a point may be in the tube, and the farthest off it while it presses, in a settled frame, mm; at most a tenth of the tube's
     /// least radius.
@@ -23,7 +23,7 @@ pub struct Settings {
     /// How factors are stored for solutions; forces are always double.
     pub precision: Precision,
     /// The least force that free forces are measured by, in the system's unit of force: where nothing presses they have no other
-    /// measure. `None`: the solid's shear modulus times the square of a hundredth of its side.
+    /// measure. `None`: of each solid its shear modulus times the square of a hundredth of its side.
     pub least_force: Option<f64>,
 }
 

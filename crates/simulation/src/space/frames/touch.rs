@@ -1,8 +1,11 @@
 //! Points of surfaces that may touch a tube or bone, as functions of the unknowns of the nodes that move them.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use super::around::Around;
+use super::norm;
 use super::settings::NoFrames;
 use crate::space::system::System;
 use crate::space::term::ObstacleContact;
@@ -44,29 +47,34 @@ pub(super) struct Touches {
     points: Vec<Touch>,
     /// Number of a node among the nodes, and its weight.
     rows: Vec<(u32, f64)>,
+    /// Of each solid of the system, which of the nodes' unknowns are its own.
+    parts: Vec<Range<usize>>,
 }
 
 impl Touches {
-    /// Points of a solid for which `wanted(reference place, normal)` holds, which may touch the tube, and those of contacts with bones: of both
-    /// those that move.
+    /// Points of some solids for which `wanted(solid, reference place, normal)` holds, which may touch the tube, and those of contacts with bones: of
+    /// both those that move.
     pub(super) fn new(
         system: &System,
-        body: usize,
-        wanted: impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+        pressed: &[usize],
+        wanted: impl Fn(usize, &Vector3<f64>, &Vector3<f64>) -> bool,
         bones: &[ObstacleContact],
     ) -> Result<Self, NoFrames> {
-        let solid = system.bodies.solid(body);
-        let all = (0..solid.points()).filter(|point| {
-            let (at, normal, _) = solid.reference(*point);
-            wanted(&at, &normal) && is_moved(system, body, *point)
-        });
         let mut found = Self::default();
         // Nodes by their first unknown among all, until all are known.
         let mut global = Vec::new();
-        for point in all {
-            found.add_point(system, [body, point, 0], 0.0, &mut global)?;
+        for body in pressed {
+            let solid = system.bodies.solid(*body);
+            let all = (0..solid.points()).filter(|point| {
+                let (at, normal, _) = solid.reference(*point);
+                wanted(*body, &at, &normal) && is_moved(system, *body, *point)
+            });
+            for point in all {
+                found.add_point(system, [*body, point, 0], 0.0, &mut global)?;
+            }
         }
         if found.points.is_empty() {
+            let body = pressed.first().copied().unwrap_or(0);
             return Err(NoFrames::NoPoint { body });
         }
         for (number, bone) in bones.iter().enumerate() {
@@ -81,6 +89,18 @@ impl Touches {
         found.rows = global.iter().map(|(node, weight)| (number(node), *weight)).collect();
         let each = found.nodes.iter().flat_map(|n| *n..n + 3);
         found.free = each.map(|i| if system.fixed[i] { 0.0 } else { 1.0 }).collect();
+        // Ascending, so that those of a solid lie together.
+        let before = |unknown: usize| 3 * found.nodes.partition_point(|n| *n < unknown);
+        let ends = (0..system.bodies.len()).map(|body| {
+            let next = body + 1;
+            let end = if next < system.bodies.len() {
+                system.bodies.offset(next)
+            } else {
+                system.bodies.size()
+            };
+            before(system.bodies.offset(body))..before(end)
+        });
+        found.parts = ends.collect();
         Ok(found)
     }
 
@@ -124,6 +144,11 @@ impl Touches {
     /// How many unknowns the nodes have, which vectors here are of.
     pub(super) fn unknowns(&self) -> usize {
         3 * self.nodes.len()
+    }
+
+    /// The length of a vector of these unknowns, of each solid of the system apart.
+    pub(super) fn lengths(&self, v: &[f64]) -> Vec<f64> {
+        self.parts.iter().map(|part| norm(&v[part.clone()])).collect()
     }
 
     /// These unknowns among all.

@@ -44,9 +44,8 @@ pub(super) struct Others {
 impl Others {
     pub(super) fn new(
         system: &System,
-        body: usize,
         bones: &[ObstacleContact],
-        wanted: &impl Fn(&Vector3<f64>, &Vector3<f64>) -> bool,
+        wanted: &impl Fn(usize, &Vector3<f64>, &Vector3<f64>) -> bool,
     ) -> Self {
         let all = (0..system.bodies.len()).flat_map(|b| (0..system.bodies.solid(b).points()).map(move |p| (b, p)));
         let other = |with: usize, body: usize, point: usize| Other {
@@ -58,7 +57,7 @@ impl Others {
         // At the tube also those that nothing moves: the tube may not be in them.
         let at_tube = all.filter(|(b, point)| {
             let (at, normal, _) = system.bodies.solid(*b).reference(*point);
-            *b != body || !wanted(&at, &normal) || !is_moved(system, *b, *point)
+            !wanted(*b, &at, &normal) || !is_moved(system, *b, *point)
         });
         let mut points: Vec<Other> = at_tube.map(|(b, point)| other(0, b, point)).collect();
         for (number, bone) in bones.iter().enumerate() {
