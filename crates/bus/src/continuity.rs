@@ -16,6 +16,9 @@ use crate::message::{Lost, ToolPose, Tracked};
 const SLACK: u64 = 10_000;
 /// More samples a second than any localizer gives.
 const MOST_PER_S: f64 = 10_000.0;
+/// Different measurements that are kept. A source that has hung up may send its last place in turn as it was rounded in several ways; a tool
+/// at rest has noise, and gives a new place within a few samples.
+const KEPT: usize = 8;
 
 /// What is said of a sample beside the one before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,8 +94,11 @@ pub struct Judged {
 pub struct Continuity {
     last: Option<(u64, i64)>,
     registration_id: Option<u64>,
-    /// The newest measurement that differed from the one before it, and when it was captured.
-    measured: Option<(Rigid<Ct, Tool>, i64)>,
+    /// The newest different measurements; the one at `next` gives way to the next one.
+    measured: [Option<Rigid<Ct, Tool>>; KEPT],
+    next: usize,
+    /// When the newest of them was captured, ns.
+    since_ns: i64,
 }
 
 impl Continuity {
@@ -161,17 +167,15 @@ impl Continuity {
         }
     }
 
-    /// For how long the same measurement has come, ns.
+    /// For how long no other measurement than the [`KEPT`] newest has come, ns.
     fn stands_ns(&mut self, pose: &ToolPose, at: Rigid<Ct, Tool>) -> i64 {
-        match self.measured {
-            Some((before, since_ns)) if before == at && pose.flags & ToolPose::NOISELESS == 0 => {
-                pose.t_capture_ns.saturating_sub(since_ns)
-            }
-            _ => {
-                self.measured = Some((at, pose.t_capture_ns));
-                0
-            }
+        if pose.flags & ToolPose::NOISELESS == 0 && self.measured.contains(&Some(at)) {
+            return pose.t_capture_ns.saturating_sub(self.since_ns);
         }
+        self.measured[self.next] = Some(at);
+        self.next = (self.next + 1) % KEPT;
+        self.since_ns = pose.t_capture_ns;
+        0
     }
 }
 
@@ -238,6 +242,42 @@ mod tests {
         lost.set(Tracked::Lost(Lost::NotSeen));
         continuity.judge(&lost, Tracked::Lost(Lost::NotSeen), FROZEN);
         assert!(!is_valid(&judge(&mut continuity, 102, 1600, 7.000_000_000_000_001)));
+    }
+
+    /// Stated: LIVE for ever, as each place differed from the one before. True: the source had hung up, and sent its last place rounded in
+    /// two ways, in turn.
+    #[test]
+    fn a_place_that_is_rounded_in_several_ways_is_no_measurement() {
+        for ways in [2, KEPT as u64] {
+            let mut continuity = Continuity::default();
+            let valid = (0..100).filter(|seq| {
+                let x = 7.0 + 1e-7 * (seq % ways) as f64;
+                is_valid(&judge(&mut continuity, *seq, 10 * *seq as i64, x))
+            });
+            // Each way is new once; from the last of them on they stand for 500 ms.
+            assert_eq!(valid.count() as u64, ways + 50, "{ways}");
+        }
+    }
+
+    /// A localizer of 1e-3 mm, whose noise at rest is a step or two along each axis.
+    #[test]
+    fn a_tool_at_rest_in_coarse_steps_is_measured() {
+        let (mut continuity, mut random) = (Continuity::default(), 1_u32);
+        for seq in 0..10_000 {
+            let [x, y, z] = std::array::from_fn(|_| {
+                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                1e-3 * f64::from((random >> 16) % 3)
+            });
+            let at = Rigid::from_rotation_vector(Vector::new(0.1, 0.2, 0.3), Vector::new(x, y, z)).unwrap();
+            let mut pose = ToolPose {
+                seq,
+                t_capture_ns: 16 * MS * seq as i64,
+                ..ToolPose::EMPTY
+            };
+            pose.set(Tracked::Valid(at));
+            let tracked = pose.tracked().unwrap();
+            assert!(is_valid(&continuity.judge(&pose, tracked, FROZEN)), "{seq}");
+        }
     }
 
     #[test]

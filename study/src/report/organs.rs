@@ -62,11 +62,11 @@ fn cells(name: &str, rows: &[&Row]) -> Vec<Cell> {
         values.sort_by(f64::total_cmp);
         length(quantile(&values, p, values.len() as f64))
     };
-    let within = stated
-        .iter()
-        .filter(|row| row.model_numbers[2] <= CHI_SQUARE_95)
-        .count();
     let n = stated.len() as f64;
+    let within = |is: &dyn Fn([f64; 4]) -> bool| {
+        let count = stated.iter().filter(|row| is(row.model_numbers)).count();
+        percent(share(count as f64 / n, n))
+    };
     vec![
         plain(name),
         plain(rows.len()),

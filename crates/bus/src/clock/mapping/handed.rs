@@ -26,8 +26,8 @@ pub struct HandedLaw {
 }
 
 impl HandedLaw {
-    /// Its line at the stamp of the first frame that another law begins with, `silence_ns` after it at the latest: what is less than
-    /// `least_ns` is no step between both.
+    /// Its line at the stamp of the first frame that another law begins with, which arrives at `arrival_ns`: what is less than `least_ns` of
+    /// the silence between both, ns, is no step.
     pub(super) fn before(&self, device_ns: i64, least_ns: impl Fn(f64) -> i64, arrival_ns: i64) -> Before {
         let skew = if self.skew.abs() <= MOST_SKEW { self.skew } else { 0.0 };
         let since_ns = device_ns.saturating_sub(self.device_ns);
