@@ -149,10 +149,13 @@ fn make_paths_absolute(source: &mut Source) {
     let scene = &mut source.scene;
     let tracker = &mut scene.tracker;
     let volume = (scene.volume.source != "phantom").then_some(&mut scene.volume.source);
-    let gesture = tracker.room.as_mut().and_then(|room| room.gesture.as_mut());
+    let room = tracker.room.as_mut();
+    let (gesture, probe) = room.map(|room| (room.gesture.as_mut(), room.probe.as_mut())).unzip();
+    let tank = probe.flatten().and_then(|probe| probe.tank.as_mut());
     let files = [
         volume,
-        gesture.map(|gesture| &mut gesture.file),
+        gesture.flatten().map(|gesture| &mut gesture.file),
+        tank.map(|tank| &mut tank.file),
         tracker.sequence.as_mut().map(|sequence| &mut sequence.file),
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),

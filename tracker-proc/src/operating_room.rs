@@ -39,7 +39,7 @@ use scene::operating_room::Room;
 pub(crate) use bodies::body;
 pub use delivery::Arrival;
 use delivery::Delivery;
-pub(crate) use links::{calibration, chain_of, gates, is_noiseless, weights};
+pub(crate) use links::{about, calibration, chain_of, gates, is_noiseless, weights};
 pub use played::{Played, PlayedError};
 pub use posed::{Fitted, PosedFrame, PosedRoom, PosedRoomError};
 pub use practice::Practised;

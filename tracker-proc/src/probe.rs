@@ -1,4 +1,4 @@
-//! The simulated ultrasound probe of an operating room: images of the run's own patient at the tool's tip.
+//! The simulated ultrasound probe of an operating room: images of the run's own patient, or of a tank, at the tool's tip.
 //!
 //! A pure function of the image's number and the seed, as the room is. The tool's tip is the middle of the probe's face, beams
 //! run along the tool's z, the image's rows along its x:
@@ -10,13 +10,15 @@
 //! with the image's x along its rows and y along its columns ([`ultrasound::Shape`]).
 
 mod publish;
+mod tank;
 mod tissue;
 
 use geometry::{Ct, Point, Rigid, Tool, Vector, checked};
 use scene::operating_room::{Array, Probe};
-use ultrasound::{Beams, Pose, Scanner, Scene, SceneError, Settings, Shape};
+use ultrasound::{Beams, Body, Pose, Scanner, Scene, SceneError, Settings, Shape, water};
 
 pub(crate) use publish::Publishing;
+pub use tank::{Tank, TankError};
 pub(crate) use tissue::Tissue;
 
 /// From this depth on a scanner of lower frequency is taken: the other one's sound does not come back.
@@ -40,6 +42,9 @@ pub enum ProbeError {
     /// Its scanner cannot be.
     #[error("the simulated probe (tracker.room.probe): {0}")]
     Settings(#[from] ultrasound::SettingError),
+    /// Its tank cannot be.
+    #[error("the tank of the simulated probe (tracker.room.probe.tank): {0}")]
+    Tank(#[from] Box<TankError>),
     /// The thread that makes its images.
     #[error("no thread for the images of the simulated probe: {0}")]
     Thread(#[from] std::io::Error),
@@ -72,6 +77,15 @@ impl SimulatedProbe {
         })
     }
 
+    /// The same probe in a tank, in whose water sound may have a speed of its own.
+    ///
+    /// # Errors
+    /// [`ProbeError::Shape`], [`ProbeError::Settings`].
+    pub fn in_tank(spec: Probe, tank: &Tank, seed: u64) -> Result<Self, ProbeError> {
+        let speed_ratio = tank.speed_ratio().unwrap_or(spec.speed_ratio);
+        Self::new(Probe { speed_ratio, ..spec }, seed)
+    }
+
     /// The shape of its images.
     pub fn shape(&self) -> &Shape {
         self.scanner.shape()
@@ -100,14 +114,41 @@ impl SimulatedProbe {
     /// [`SceneError`] for a pose that is far from every patient.
     pub fn image(
         &mut self,
-        tissue: &impl ultrasound::Body,
+        tissue: &impl Body,
+        ct_from_tool: Rigid<Ct, Tool>,
+        number: u64,
+    ) -> Result<Vec<u8>, SceneError> {
+        self.scan(&Scene::of(tissue), ct_from_tool, number)
+    }
+
+    /// The same of a tank.
+    ///
+    /// # Errors
+    /// [`SceneError`] for a pose that is far from every tank.
+    pub fn image_in_tank(
+        &mut self,
+        tank: &Tank,
+        ct_from_tool: Rigid<Ct, Tool>,
+        number: u64,
+    ) -> Result<Vec<u8>, SceneError> {
+        let in_water = Scene {
+            body: &water,
+            wires: &tank.wires,
+            walls: &tank.walls,
+        };
+        self.scan(&in_water, ct_from_tool, number)
+    }
+
+    fn scan<B: Body>(
+        &mut self,
+        scene: &Scene<'_, B>,
         ct_from_tool: Rigid<Ct, Tool>,
         number: u64,
     ) -> Result<Vec<u8>, SceneError> {
         let origin = (ct_from_tool * self.tool_from_image([0.0, 0.0])).mm();
         let along = |x, z| (ct_from_tool * Vector::<Tool>::new(x, 0.0, z)).mm();
         let pose = Pose::new(origin, along(1.0, 0.0), along(0.0, 1.0))?;
-        self.scanner.scan(&Scene::of(tissue), &pose, number)
+        self.scanner.scan(scene, &pose, number)
     }
 }
 

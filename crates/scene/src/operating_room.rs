@@ -6,6 +6,7 @@
 
 pub(super) mod check;
 pub mod raw;
+mod tank;
 
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ use super::Approach;
 
 pub(super) use check::{place_of_localizer, room};
 pub use raw::{AtEnd, RawRoom};
+pub use tank::{Bottom, RawBottom, RawTank, Tank};
 
 /// Most emitters of one marker.
 pub const MAX_EMITTERS: usize = 32;
@@ -61,6 +63,8 @@ pub struct Room {
     pub practice: Option<PracticeRoom>,
     /// The tool is an ultrasound probe; `None`: it is none.
     pub probe: Option<Probe>,
+    /// What the probe images instead of the patient; `None`: the patient.
+    pub tank: Option<Tank>,
 }
 
 /// A simulated ultrasound probe: the tool's tip is the middle of its face, beams run along the tool's z, the image's rows along

@@ -368,12 +368,12 @@ fn parse_beside(text: &str, path: &Path, file: &Path) -> Result<Source, SceneErr
         .plan
         .as_mut()
         .map(|plan| [plan.file.as_mut(), plan.labels.as_mut()]);
+    let room = tracker.room.as_mut();
+    let (gesture, probe) = room.map(|room| (room.gesture.as_mut(), room.probe.as_mut())).unzip();
+    let tank = probe.flatten().and_then(|probe| probe.tank.as_mut());
     let files = [
-        tracker
-            .room
-            .as_mut()
-            .and_then(|room| room.gesture.as_mut())
-            .map(|gesture| &mut gesture.file),
+        gesture.flatten().map(|gesture| &mut gesture.file),
+        tank.map(|tank| &mut tank.file),
         tracker.sequence.as_mut().map(|sequence| &mut sequence.file),
         tracker.calibration.as_mut().map(|link| &mut link.file),
         tracker.registration.as_mut().map(|link| &mut link.file),

@@ -38,6 +38,7 @@ mod speckle;
 mod survey;
 mod tissue;
 mod truth;
+mod water;
 mod wires;
 
 pub use scanner::Scanner;
@@ -45,3 +46,4 @@ pub use scene::{Body, Pose, Scene, SceneError, Wall, Wire, water};
 pub use settings::{Focus, SettingError, Settings};
 pub use shape::{Beam, Beams, Image, Shape, ShapeError};
 pub use truth::{Crossing, Level, Met, Truth, WireCrossing, truth};
+pub use water::{SCANNER_M_S, water_m_s};

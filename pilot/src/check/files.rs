@@ -17,11 +17,14 @@ const MAX_BYTES: u64 = 16 << 20;
 pub(super) fn faults(source: &Source, scene: &Scene) -> Vec<String> {
     let tracker = &source.scene.tracker;
     let gesture = tracker.room.as_ref().and_then(|room| room.gesture.as_ref());
+    let probe = tracker.room.as_ref().and_then(|room| room.probe.as_ref());
+    let tank = probe.and_then(|probe| probe.tank.as_ref());
     let steps = source.scene.steps.as_ref();
     let named = [
         ("steps.drawing", steps.and_then(|steps| steps.drawing.as_deref())),
         ("steps.beads", steps.and_then(|steps| steps.beads.as_deref())),
         ("tracker.room.gesture.file", gesture.map(|g| g.file.as_str())),
+        ("tracker.room.probe.tank.file", tank.map(|tank| tank.file.as_str())),
         (
             "tracker.sequence.file",
             tracker.sequence.as_ref().map(|s| s.file.as_str()),

@@ -11,7 +11,7 @@ use super::{Follower, Source, Stamp, examination, numbers, region};
 use crate::chain::Chain;
 use crate::operating_room::{Arrival, Frame, OperatingRoom, Script, is_noiseless};
 use crate::output::{LOOK_UP, OVER, Output, catch_up_ns};
-use crate::probe::{Publishing, SimulatedProbe};
+use crate::probe::{ProbeError, Publishing, SimulatedProbe, Tank};
 use crate::run_error::RunError;
 use crate::simulated_time::SimulatedTime;
 
@@ -70,10 +70,7 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     if process.run.simulated_time {
         return in_room.follow_in_simulated_time(process, &mut follower);
     }
-    let probe = spec
-        .probe
-        .map(|probe| SimulatedProbe::new(probe, process.scene.seed))
-        .transpose()?;
+    let probe = probe(spec, process.scene.seed)?;
     let of = (&process.run, &process.scene);
     let mut images = probe
         .map(|probe| Publishing::start(of, &in_room.room, probe, start.at_ns))
@@ -108,6 +105,16 @@ pub(crate) fn follow(process: &mut Process, output: &Output, spec: &Room) -> Res
     }
     process.beat(ProcessState::Stopping, "asked to stop")?;
     Ok(())
+}
+
+/// The room's probe, with the tank that it images where that is not the patient.
+fn probe(spec: &Room, seed: u64) -> Result<Option<(SimulatedProbe, Option<Tank>)>, ProbeError> {
+    let Some(probe) = spec.probe else { return Ok(None) };
+    let Some(tank) = &spec.tank else {
+        return Ok(Some((SimulatedProbe::new(probe, seed)?, None)));
+    };
+    let tank = Tank::load(tank, spec, seed).map_err(Box::new)?;
+    Ok(Some((SimulatedProbe::in_tank(probe, &tank, seed)?, Some(tank))))
 }
 
 impl InRoom {

@@ -84,7 +84,7 @@ fn disturbed<To, From>(
 }
 
 /// The motion p -> exp(w) (p - c) + c + v; exactly the identity for zeros.
-fn about<F>(c: Point<F>, w: Vector<F>, v: Vector<F>) -> Rigid<F, F> {
+pub(crate) fn about<F>(c: Point<F>, w: Vector<F>, v: Vector<F>) -> Rigid<F, F> {
     let origin = Point::new(0.0, 0.0, 0.0);
     let no_shift = Vector::new(0.0, 0.0, 0.0);
     // Draws are finite and scenes checked, so there always is such a turn.

@@ -13,7 +13,7 @@ use bus::run::RunContext;
 use bus::{Bus, BusError};
 use scene::Scene;
 
-use super::{ProbeError, SimulatedProbe, Tissue};
+use super::{ProbeError, SimulatedProbe, Tank, Tissue};
 use crate::operating_room::OperatingRoom;
 
 /// The name under which images come.
@@ -36,19 +36,27 @@ struct Work {
     scene: Scene,
     room: OperatingRoom,
     probe: SimulatedProbe,
+    tank: Option<Tank>,
     start_ns: i64,
     ended: Arc<AtomicBool>,
 }
 
+/// What is imaged.
+enum Sounded {
+    Patient(Tissue),
+    Tank(Tank),
+}
+
 impl Publishing {
-    /// Begins to publish the images of `probe`, held as the tool of `room` is; `start_ns` is the script's begin on the run's clock.
+    /// Begins to publish the images of `probe`, held as the tool of `room` is, of the patient or of a tank; `start_ns` is the script's begin
+    /// on the run's clock.
     ///
     /// # Errors
     /// [`ProbeError::Thread`].
     pub(crate) fn start(
         (run, scene): (&RunContext, &Scene),
         room: &OperatingRoom,
-        probe: SimulatedProbe,
+        (probe, tank): (SimulatedProbe, Option<Tank>),
         start_ns: i64,
     ) -> Result<Self, ProbeError> {
         let ended = Arc::new(AtomicBool::new(false));
@@ -57,6 +65,7 @@ impl Publishing {
             scene: scene.clone(),
             room: room.clone(),
             probe,
+            tank,
             start_ns,
             ended: Arc::clone(&ended),
         };
@@ -100,8 +109,12 @@ impl Work {
         // Ports stay on the thread that made them.
         let bus = Bus::join_with(&self.run, LifeLine::none())?;
         let clock = bus.clock().clone();
-        let Some(tissue) = self.tissue(&bus, &clock)? else {
-            return Ok(());
+        let sounded = match self.tank.take() {
+            Some(tank) => Sounded::Tank(tank),
+            None => match self.tissue(&bus, &clock)? {
+                Some(tissue) => Sounded::Patient(tissue),
+                None => return Ok(()),
+            },
         };
         let shape = *self.probe.shape();
         let images = UsImagePublisher::open(&bus, shape.columns() * shape.rows())?;
@@ -117,7 +130,7 @@ impl Work {
                 continue;
             }
             let stamped_ns = t_ns + clock::seconds(self.probe.spec.lag_s);
-            let Some(grey) = self.image(number, &tissue) else {
+            let Some(grey) = self.image(number, &sounded) else {
                 // A gesture that goes so far away that nothing is to be seen there.
                 number += 1;
                 continue;
@@ -160,9 +173,13 @@ impl Work {
         false
     }
 
-    fn image(&mut self, number: u64, tissue: &Tissue) -> Option<Vec<u8>> {
+    fn image(&mut self, number: u64, sounded: &Sounded) -> Option<Vec<u8>> {
         let pose = self.room.ct_from_tool(self.probe.t_capture_ns(number) as f64 / 1e9);
-        self.probe.image(tissue, pose, number).ok()
+        let image = match sounded {
+            Sounded::Patient(tissue) => self.probe.image(tissue, pose, number),
+            Sounded::Tank(tank) => self.probe.image_in_tank(tank, pose, number),
+        };
+        image.ok()
     }
 
     /// Publishes an image, not before the time of its stamp.

@@ -1,5 +1,7 @@
 //! From the raw room to the checked one.
 
+mod tank;
+
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -76,6 +78,7 @@ pub(in super::super) fn room(raw: &RawRoom, approach: Approach, tool_mm: f64) ->
             .as_ref()
             .map(|of| probe(of, raw.practice.is_some()))
             .transpose()?,
+        tank: tank::tank(raw)?,
         marker,
     })
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::super::raw::RawRigid;
+use super::tank::RawTank;
 
 /// `[tracker.room]`
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -49,7 +50,7 @@ pub struct RawRoom {
 
 /// `[tracker.room.probe]`: the tool is an ultrasound probe, its tip the middle of the face; beams run along the tool's z,
 /// the image's rows along its x.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RawProbe {
     /// The width of a linear array, mm; not beside `radius_mm`.
@@ -71,6 +72,9 @@ pub struct RawProbe {
     pub lag_ms: f64,
     /// How much faster than the scanner assumes sound runs, percent.
     pub speed_percent: f64,
+    /// `[tracker.room.probe.tank]`; absent: it images the patient.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tank: Option<RawTank>,
 }
 
 impl Default for RawProbe {
@@ -84,6 +88,7 @@ impl Default for RawProbe {
             rate_hz: 15.0,
             lag_ms: 0.0,
             speed_percent: 0.0,
+            tank: None,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Calibrating in water, where sound is slower than a scanner believes: points are put where they would be shown by its own speed.
 
 use serde::{Deserialize, Serialize};
+pub(super) use ultrasound::SCANNER_M_S;
+use ultrasound::water_m_s;
 
-/// The speed of sound that scanners reckon with, m/s.
-pub(super) const SCANNER_M_S: f64 = 1540.0;
 /// Temperatures that the formula is for, degrees Celsius.
 pub(super) const CELSIUS: std::ops::RangeInclusive<f64> = 0.0..=95.0;
 /// Up to here water is the faster the warmer it is.
@@ -24,7 +24,7 @@ impl WaterRecord {
     pub(super) fn new(celsius: f64, scanner_m_s: f64) -> Self {
         Self {
             celsius,
-            speed_m_s: speed_m_s(celsius),
+            speed_m_s: water_m_s(celsius),
             scanner_m_s,
         }
     }
@@ -45,33 +45,18 @@ impl WaterRecord {
     }
 }
 
-/// The speed of sound in pure water at the pressure of the air, m/s; `celsius` within [`CELSIUS`]. Marczak, J. Acoust. Soc. Am. 102 (1997)
-/// 2776, a polynomial of the fifth degree through three data sets on the scale of 1990; off by 0.02 m/s (as its author says; the
-/// coefficients were read in other software that cites it).
-pub(crate) fn speed_m_s(celsius: f64) -> f64 {
-    const COEFFICIENTS: [f64; 6] = [
-        1.402385e3,
-        5.038813,
-        -5.799136e-2,
-        3.287156e-4,
-        -1.398845e-6,
-        2.787860e-9,
-    ];
-    COEFFICIENTS.iter().rev().fold(0.0, |sum, c| sum * celsius + c)
-}
-
 /// The temperature of water below 74 degrees in which depths are shown so many times too long by a usual scanner; `None` where they are in
 /// none.
 pub(crate) fn celsius_of(shown_over_true: f64) -> Option<f64> {
     let sought = SCANNER_M_S / shown_over_true;
     let (mut low, mut high) = (*CELSIUS.start(), FASTEST_C);
-    if !(speed_m_s(low)..=speed_m_s(high)).contains(&sought) {
+    if !(water_m_s(low)..=water_m_s(high)).contains(&sought) {
         return None;
     }
     // Bisection to 1e-6 degrees.
     for _ in 0..30 {
         let middle = 0.5 * (low + high);
-        if speed_m_s(middle) < sought {
+        if water_m_s(middle) < sought {
             low = middle;
         } else {
             high = middle;
@@ -85,23 +70,18 @@ mod tests {
     use super::super::array::ArrayRecord;
     use super::*;
 
-    /// Del Grosso and Mader (1972), whose table all later formulas are held against.
+    /// Up to there a speed has one temperature, which the bisection rests on.
     #[test]
-    fn the_speed_of_sound_in_water_is_that_of_the_tables() {
-        for (celsius, m_s) in [(0.0, 1402.388), (20.0, 1482.343), (25.0, 1496.687), (50.0, 1542.551)] {
-            let found = speed_m_s(celsius);
-            // Both are said to be off by some hundredths.
-            assert!((found - m_s).abs() < 0.05, "{celsius}: {found} {m_s}");
-        }
+    fn water_is_the_faster_the_warmer_it_is_up_to_74_degrees() {
         let fastest = (0..=950).map(|i| f64::from(i) / 10.0);
-        let fastest = fastest.max_by(|a, b| speed_m_s(*a).total_cmp(&speed_m_s(*b))).unwrap();
+        let fastest = fastest.max_by(|a, b| water_m_s(*a).total_cmp(&water_m_s(*b))).unwrap();
         assert!((fastest - FASTEST_C).abs() < 0.5, "{fastest}");
     }
 
     #[test]
     fn a_temperature_is_told_of_how_much_too_long_depths_are_shown() {
         for celsius in [0.5, 20.0, 37.0, 73.0] {
-            let found = celsius_of(SCANNER_M_S / speed_m_s(celsius)).unwrap();
+            let found = celsius_of(SCANNER_M_S / water_m_s(celsius)).unwrap();
             assert!((found - celsius).abs() < 1e-4, "{found} {celsius}");
         }
         assert_eq!(celsius_of(1.2), None);
