@@ -11,6 +11,7 @@ pub(crate) mod stretch;
 mod tools;
 
 use crate::edit::compare::{self, CompareError, Summary, compare};
+use crate::edit::export::follow::FollowMarkers;
 use crate::edit::recover::{RecoverError, recover, target};
 use crate::read::damage::OpenError;
 use crate::read::info::info;
@@ -186,12 +187,12 @@ pub fn command() -> clap::Command {
     <Cli as clap::CommandFactory>::command()
 }
 
-/// Runs the `recorder` command line of this process.
-pub fn main() -> ExitCode {
-    exit("recorder", run(Cli::parse().command))
+/// Runs the `recorder` command line of this process; `follow` follows the markers of a scene as the tracker does.
+pub fn main(follow: FollowMarkers) -> ExitCode {
+    exit("recorder", run(Cli::parse().command, follow))
 }
 
-fn run(command: Command) -> Result<(), CliError> {
+fn run(command: Command, follow: FollowMarkers) -> Result<(), CliError> {
     match command {
         Command::Record(args) => {
             let (run_dir, parent) = (args.run_dir, args.parent);
@@ -212,7 +213,7 @@ fn run(command: Command) -> Result<(), CliError> {
                 out.display()
             ));
         }
-        Command::Tool(tool) => say(&tools::run(tool)?),
+        Command::Tool(tool) => say(&tools::run(tool, follow)?),
         Command::Info { file } => {
             let info = info(&file)?;
             say(&format!("{}\n{info}", file.display()));

@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "the figures of the registration")]
 
-mod probe;
+pub(crate) mod probe;
 
 use std::fs;
 

@@ -38,3 +38,5 @@ mod study;
 #[path = "../support/mod.rs"]
 mod support;
 mod volume_tools;
+#[path = "whole_way/walk.rs"]
+mod whole_way;

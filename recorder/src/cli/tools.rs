@@ -7,7 +7,8 @@ use clap::{Args, Subcommand};
 use super::stretch::moment;
 use crate::edit::attach::{AttachError, attach};
 use crate::edit::cut::{CutError, Stretch, cut};
-use crate::edit::export::{ExportError, Exported, Format, export};
+use crate::edit::export::follow::FollowMarkers;
+use crate::edit::export::{ExportError, Exported, ExportedImages, Format, export, export_images};
 use crate::edit::import::{ImportError, import};
 use crate::read::damage::OpenError;
 use crate::read::verify::verify;
@@ -18,10 +19,16 @@ CSV and JSON bring back every number bit for bit; a lost pose has no numbers the
 PLUS toolkit's: one transform a pose, INVALID where it was lost. Topics: /tool_pose, /ground_truth, /emitters, /status, \
 /log.
 
+--images writes the images of the ultrasound probe bit for bit, each with ProbeToTracker (the marker on the probe) and \
+ReferenceToTracker at its own stamp, straight between the localizer's frames before and after it, as PLUS does: calib lag and \
+calib probe read it. INVALID is what has no such frame within 150 ms, a frame without a pose beside it, or a stamp of its arrival. \
+Whatever images are late by is not taken out.
+
 Examples:
   recorder export csv session.mcap --out poses.csv
   recorder export csv session.mcap --topic /emitters --out emitters.csv
-  recorder export mha session.mcap --topic /ground_truth --out truth.mha";
+  recorder export mha session.mcap --topic /ground_truth --out truth.mha
+  recorder export mha session.mcap --images --out tank.igs.mha";
 
 const IMPORT_HELP: &str = "\
 The transform is taken as the tool's pose in the examination; what the sequence calls it is kept in the recording. \
@@ -103,6 +110,9 @@ pub(super) struct ExportArgs {
     /// Whose messages
     #[arg(long, value_name = "TOPIC", default_value = crate::wire::schema::TOOL_POSE)]
     topic: String,
+    /// The images of the ultrasound probe, with the poses of the markers at their stamps, instead of a topic; mha only
+    #[arg(long, conflicts_with = "topic")]
+    images: bool,
     /// The new file
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -185,8 +195,20 @@ pub(super) enum ToolError {
 }
 
 /// Does what is asked, and says what came of it.
-pub(super) fn run(tool: Tool) -> Result<String, ToolError> {
+pub(super) fn run(tool: Tool, follow: FollowMarkers) -> Result<String, ToolError> {
     match tool {
+        Tool::Export(args) if args.images => {
+            let form = match args.format {
+                Format::Mha => None,
+                Format::Csv => Some("table (CSV)"),
+                Format::Json => Some("JSON"),
+            };
+            if let Some(form) = form {
+                return Err(ExportError::ImagesAs(form).into());
+            }
+            let exported = export_images(&args.input, follow, &args.out, args.force)?;
+            Ok(said_of_images(&args.out, &exported))
+        }
         Tool::Export(args) => {
             let exported = export(&args.input, &args.topic, args.format, &args.out, args.force)?;
             Ok(said_of_export(&args.out, exported))
@@ -227,6 +249,28 @@ fn said_of_export(out: &Path, exported: Exported) -> String {
         n => format!("; {n} parts of the recording could not be read: `recorder verify` names them"),
     };
     format!("{}: {messages} messages{rest}\n", out.display())
+}
+
+fn said_of_images(out: &Path, exported: &ExportedImages) -> String {
+    let counted = |count: u64, words: String| (count > 0).then(|| format!("; {count} {words}"));
+    let more = [
+        counted(
+            exported.unposed,
+            format!("of them without a pose, the last one as {}", exported.why),
+        ),
+        counted(
+            exported.left_out,
+            "more left out, whose stamp is not after that of the image before".to_owned(),
+        ),
+        counted(
+            exported.unreadable,
+            "parts of the recording could not be read: `recorder verify` names them".to_owned(),
+        ),
+    ];
+    let more: String = more.into_iter().flatten().collect();
+    let options = exported.options.as_ref();
+    let options = options.map_or(String::new(), |options| format!("for calib probe: {options}\n"));
+    format!("{}: {} images{more}\n{options}", out.display(), exported.images)
 }
 
 fn said_of_report(made: &Made) -> String {

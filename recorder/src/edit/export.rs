@@ -1,8 +1,11 @@
-//! The messages of a topic as a table (CSV), as JSON, or as a sequence for the PLUS toolkit (MHA).
+//! The messages of a topic as a table (CSV), as JSON, or as a sequence for the PLUS toolkit (MHA); the images of an ultrasound probe as
+//! such a sequence too.
 //!
 //! What cannot be read is passed over and counted. A lost pose has no numbers: its cells are empty (`null` in JSON), and
 //! its status says why. Numbers are written with as many digits as bring back the same bits.
 
+pub mod follow;
+mod images;
 mod rows;
 pub(crate) mod sequence;
 
@@ -15,6 +18,8 @@ use crate::read::damage::OpenError;
 use crate::read::reader;
 use crate::read::scan::{self, Item};
 use crate::write::paths;
+use follow::FollowMarkers;
+pub use images::ExportedImages;
 use rows::Row;
 
 /// The form of the new file.
@@ -24,7 +29,7 @@ pub enum Format {
     Csv,
     /// A list of objects.
     Json,
-    /// A sequence of the PLUS toolkit: poses only.
+    /// A sequence of the PLUS toolkit: poses, or images with --images.
     Mha,
 }
 
@@ -49,6 +54,17 @@ pub enum ExportError {
         /// What there is.
         found: String,
     },
+    /// Its images make no sequence.
+    #[error("the images of {path}: {why}")]
+    Images {
+        /// The recording.
+        path: PathBuf,
+        /// Why, in words.
+        why: String,
+    },
+    /// Images go into a sequence only.
+    #[error("--images goes with mha only: images are no {0}")]
+    ImagesAs(&'static str),
     /// The new file cannot be written.
     #[error("writing {path}: {source}")]
     Write {
@@ -73,6 +89,38 @@ pub struct Exported {
 /// # Errors
 /// Each variant of [`ExportError`]; a new file is then not there.
 pub fn export(input: &Path, topic: &str, format: Format, out: &Path, force: bool) -> Result<Exported, ExportError> {
+    whole(out, force, |file| {
+        let exported = match format {
+            Format::Mha => sequence::write(input, topic, file),
+            Format::Csv | Format::Json => table(input, topic, format, file),
+        }?;
+        match exported.messages {
+            0 => Err(none(input, topic, format)),
+            _ => Ok(exported),
+        }
+    })
+}
+
+/// Writes the images of the recording `input` to `out`, which is replaced only where `force` is: a sequence in which each image has the
+/// poses that its scene's markers, followed by `follow`, had at its stamp.
+///
+/// # Errors
+/// [`ExportError`]; a new file is then not there.
+pub fn export_images(
+    input: &Path,
+    follow: FollowMarkers,
+    out: &Path,
+    force: bool,
+) -> Result<ExportedImages, ExportError> {
+    whole(out, force, |file| images::write(input, follow, file))
+}
+
+/// Makes the file `out` of what `write` writes, or none.
+fn whole<T>(
+    out: &Path,
+    force: bool,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<T, ExportError>,
+) -> Result<T, ExportError> {
     if out.exists() && !force {
         return Err(ExportError::Exists(out.to_owned()));
     }
@@ -82,21 +130,13 @@ pub fn export(input: &Path, topic: &str, format: Format, out: &Path, force: bool
         source,
     };
     let mut file = BufWriter::new(File::create(&partial).map_err(fail)?);
-    let written = match format {
-        Format::Mha => sequence::write(input, topic, &mut file),
-        Format::Csv | Format::Json => table(input, topic, format, &mut file),
-    };
-    let written = written.map_err(|error| match error {
+    let written = write(&mut file).map_err(|error| match error {
         ExportError::Write { source, .. } => fail(source),
         other => other,
     });
-    let written = written.and_then(|exported| match exported.messages {
-        0 => Err(none(input, topic, format)),
-        _ => file
-            .flush()
-            .and_then(|()| fs::rename(&partial, out))
-            .map(|()| exported)
-            .map_err(fail),
+    let written = written.and_then(|exported| {
+        let named = file.flush().and_then(|()| fs::rename(&partial, out));
+        named.map(|()| exported).map_err(fail)
     });
     if written.is_err() {
         // Of no use; if it cannot be removed, its name says so.

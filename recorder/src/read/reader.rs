@@ -26,7 +26,7 @@ use crate::wire::proto::{
 };
 use crate::wire::schema::{
     EMITTER_SCHEMA, EMITTERS, GUIDE, GUIDE_SCHEMA, MARKER_SCHEMA, MARKERS, POSE_SCHEMA, RAW_IMAGE_SCHEMA, RUN, SCENE,
-    TISSUE_MESH_SCHEMA, TISSUE_SCHEMA,
+    TISSUE_MESH_SCHEMA, TISSUE_SCHEMA, US_IMAGE,
 };
 
 /// Why a message could not be read.
@@ -176,6 +176,14 @@ pub fn emitters(path: &Path) -> Result<Emitters, OpenError> {
 /// [`OpenError`].
 pub fn markers(path: &Path) -> Result<Markers, OpenError> {
     Ok(Messages::of(scan::open(path)?, MARKERS, 0))
+}
+
+/// Opens a recording for the images of an ultrasound probe.
+///
+/// # Errors
+/// [`OpenError`].
+pub fn us_images(path: &Path) -> Result<UsImages, OpenError> {
+    Ok(Messages::of(scan::open(path)?, US_IMAGE, 0))
 }
 
 /// Opens a recording for what a person chose.

@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, reason = "the figures of the registration")]
 
 #[path = "../../../study/src/sounding.rs"]
-mod sounding;
+pub(crate) mod sounding;
 
 use std::fs;
 
@@ -36,7 +36,7 @@ fn scene() -> String {
 }
 
 /// From place to place, and lifted on the way to one that is far.
-fn gliding(places: &[Rigid<Ct, Tool>]) -> String {
+pub(crate) fn gliding(places: &[Rigid<Ct, Tool>]) -> String {
     let mut csv = "t_s,qw,qx,qy,qz,tx_mm,ty_mm,tz_mm\n".to_owned();
     let mut t_s = 0.0;
     let mut line = |t_s: f64, pose: Rigid<Ct, Tool>| {
@@ -201,6 +201,18 @@ fn refused_images() -> [Changed; 5] {
     ]
 }
 
+/// `calib check` at the end of the way: the target, touched where it truly is in the marker on the patient, passes; 12 mm aside it fails.
+fn held_by_the_check(world: &World, registration: &str, target: Point<Ct>) {
+    let ([x, y, z], [a, b, c]) = (target.mm(), super::REFERENCE_MM);
+    let known = format!("--known={x},{y},{z}");
+    for (aside_mm, is_kept) in [(0.0, true), (12.0, false)] {
+        let touched = format!("--touched={},{},{}", x - a + aside_mm, y - b, z - c);
+        let output = world.output("calib", &["check", registration, &known, &touched]);
+        println!("{}{}", stdout(&output), stderr(&output));
+        assert_eq!(output.status.success(), is_kept, "{aside_mm}: {}", stderr(&output));
+    }
+}
+
 /// A patient who breathes, sound that is faster than the scanner believes, images that are stamped late, a probe that is calibrated as well as
 /// probes are: he is registered without being touched, from nothing, and the truth lies within what is promised.
 #[test]
@@ -276,6 +288,7 @@ fn a_patient_is_registered_by_the_bone_that_a_probe_sees() {
     assert!(is_accepted, "three sweeps were refused");
     assert!(world.path("p.png").exists());
     super::within_its_promise(&world, target, 2.0);
+    held_by_the_check(&world, &out, target);
     pilot.wait_live();
 
     // The same points again, from the file: the same pose to the last digit.

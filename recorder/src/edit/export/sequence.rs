@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use bus::message::{ToolPose, Tracked};
+use geometry::Rigid;
 
 use super::{ExportError, Exported, write_error};
 use crate::edit::progress::Progress;
@@ -59,11 +60,7 @@ fn header(out: &mut impl Write, frames: u64) -> io::Result<()> {
 
 fn frame(out: &mut impl Write, number: u64, pose: &ToolPose) -> io::Result<()> {
     let (matrix, status) = match pose.tracked() {
-        Ok(Tracked::Valid(ct_from_tool)) => {
-            let (rows, t) = (ct_from_tool.rotation().matrix().rows(), ct_from_tool.translation_mm());
-            let rows = rows.iter().zip(t).map(|([a, b, c], t)| format!("{a} {b} {c} {t} "));
-            (rows.collect::<String>() + "0 0 0 1", "OK")
-        }
+        Ok(Tracked::Valid(ct_from_tool)) => (matrix(&ct_from_tool), "OK"),
         _ => ("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1".to_owned(), "INVALID"),
     };
     let key = format!("Seq_Frame{number:04}_");
@@ -75,8 +72,15 @@ fn frame(out: &mut impl Write, number: u64, pose: &ToolPose) -> io::Result<()> {
     )
 }
 
+/// Sixteen numbers by rows.
+pub(super) fn matrix<A, B>(pose: &Rigid<A, B>) -> String {
+    let (rows, t) = (pose.rotation().matrix().rows(), pose.translation_mm());
+    let rows = rows.iter().zip(t).map(|([a, b, c], t)| format!("{a} {b} {c} {t} "));
+    rows.collect::<String>() + "0 0 0 1"
+}
+
 /// Exact: nine decimals.
-fn seconds(ns: i64) -> String {
+pub(super) fn seconds(ns: i64) -> String {
     const SECOND: u64 = 1_000_000_000;
     let sign = if ns < 0 { "-" } else { "" };
     let ns = ns.unsigned_abs();
