@@ -128,10 +128,11 @@ impl Sensor for Chained<'_> {
     }
 }
 
-/// The task of an operation at one of its targets, held so that the localizer sees most of the marker; the way is drawn where it is not told.
+/// The task of an operation at one of its targets, held so that the localizer sees most of the marker; where the tube enters is drawn where it is
+/// not told.
 pub(crate) fn task(
     seed: u64,
-    (target, way): (Point<Ct>, Option<Direction<Ct>>),
+    (target, entry): (Point<Ct>, Option<Point<Ct>>),
     radius_mm: f64,
     (quiet, seq): (&OperatingRoom, u64),
 ) -> Option<Task> {
@@ -139,8 +140,8 @@ pub(crate) fn task(
     let evenly = |draw: u64, [low, high]: [f64; 2]| low + (high - low) * chance.uniform(draw);
     let (sin, cos) = evenly(0, [0.0, OBLIQUE_RAD]).sin_cos();
     let (up, right) = evenly(1, [0.0, TAU]).sin_cos();
-    let drawn = Vector::new(sin * right, cos, sin * up);
-    let entry = target + way.map_or(drawn, Direction::vector) * -WAY_MM;
+    let drawn = target + Vector::new(sin * right, cos, sin * up) * -WAY_MM;
+    let entry = entry.unwrap_or(drawn);
     let tilt = evenly(2, TILT_RAD).tan();
     let (b, a) = evenly(3, [0.0, TAU]).sin_cos();
     let start = Posture {
@@ -149,7 +150,7 @@ pub(crate) fn task(
     };
     let straight = Posture {
         tilt: [0.0; 2],
-        depth_mm: WAY_MM,
+        depth_mm: target.distance(entry),
     };
     let ways = (0..ROLLS).filter_map(|k| Way::new(entry, target, LENGTH_MM, TAU * f64::from(k) / f64::from(ROLLS)));
     let seen = |way: &Way| {
@@ -218,10 +219,14 @@ pub(crate) fn approach(
 
 /// The pose of a tube that stands where it is to end: for what is told of an operation that was refused.
 pub(crate) fn at_target(task: &Task) -> Option<Rigid<Ct, Tool>> {
-    task.way.pose(&Posture {
-        tilt: [0.0; 2],
-        depth_mm: WAY_MM,
-    })
+    let straight = |depth_mm: f64| {
+        task.way.pose(&Posture {
+            tilt: [0.0; 2],
+            depth_mm,
+        })
+    };
+    let tip = straight(0.0)? * Point::new(0.0, 0.0, 0.0);
+    straight(tip.distance(task.aim.target))
 }
 
 /// How long an approach may take, s: the room's time goes on by as much.

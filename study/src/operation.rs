@@ -264,8 +264,8 @@ impl Ready {
     ) -> Result<Row, Refused> {
         let dials = &work.stratum.dials;
         let tissue = dials.tissue.as_ref();
-        let (aimed, way) = match tissue {
-            Some(tissue) => (tissue.aimed.centre, Some(tissue.way)),
+        let (aimed, entry) = match tissue {
+            Some(tissue) => (tissue.aimed.centre, Some(tissue.entry)),
             None => (target.centre, None),
         };
         let row = Row {
@@ -275,7 +275,7 @@ impl Ready {
         };
         let from = self.room.next_frame();
         self.room.wait(longest_s(self.room.rate_hz()));
-        let Some(task) = task(seed, (aimed, way), dials.radius_mm, (&self.quiet, from)) else {
+        let Some(task) = task(seed, (aimed, entry), dials.radius_mm, (&self.quiet, from)) else {
             return Ok(Row {
                 step: Step::Way.word().to_owned(),
                 ..row

@@ -1,15 +1,20 @@
 //! `tissue`: the tube moves organs on its way.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
-use geometry::{Ct, Direction, Point};
+use geometry::{Ct, Point};
 use phantom::Landmark;
 use scene::{Scene, Target, TissueSpec, TrackerSource, VolumeSource};
 
 use super::at::At;
 use super::error::PlanError;
 use super::raw::RawDials;
+
+/// From the entry to what is aimed at, mm: longer than the tube is deep at the beginning; and so much of the tube is left outside that the hand can
+/// still steer it about the entry.
+const WAY_MM: RangeInclusive<f64> = 20.0..=120.0;
 
 /// Organs that the tube moves: those of a run's scene, with its tube and its way.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,8 +23,8 @@ pub struct Tissue {
     pub scene: Arc<Scene>,
     /// What is aimed at.
     pub aimed: Landmark,
-    /// Along which the tube is pushed there.
-    pub way: Direction<Ct>,
+    /// Where the tube enters on its way there.
+    pub entry: Point<Ct>,
     /// Of what errors are told.
     pub told: Landmark,
     /// States of the organs a second.
@@ -66,19 +71,18 @@ pub(super) fn tissue(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Opti
         Some(told) => named(at, "tissue.told", &scene, Some(told))?,
         None => aimed.clone(),
     };
-    let entry = entry(&scene).filter(|entry| entry.distance(aimed.centre) > 0.0);
-    let way = entry.and_then(|entry| (aimed.centre - entry).direction());
-    let way = way.ok_or_else(|| {
+    let long = |entry: &Point<Ct>| WAY_MM.contains(&entry.distance(aimed.centre));
+    let entry = entry(&scene).filter(long).ok_or_else(|| {
         at.wrong(
             KEY,
             name,
-            "the scene must say where the tube enters: tracker.approach.entry_ct_mm",
+            "the scene must say where the tube enters, 20 to 120 mm before what is aimed at: tracker.approach.entry_ct_mm",
         )
     })?;
     Ok(Some(Tissue {
         scene: Arc::new(scene),
         aimed,
-        way,
+        entry,
         told,
         rate_hz,
         hash,

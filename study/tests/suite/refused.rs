@@ -170,7 +170,7 @@ fn the_shipped_studies_are_good() {
         ("fresh.toml", 50),
         ("shares.toml", 320),
         ("surface.toml", 120),
-        ("tissue.toml", 60),
+        ("tissue.toml", 80),
     ] {
         assert_eq!(operations(&folder.join(name)), expected, "{name}");
     }
