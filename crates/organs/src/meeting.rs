@@ -1,12 +1,12 @@
 //! Whether organs have come into one another: a model without contact between organs lets them, and such a state is wrong.
 //!
-//! Found from the elements' own displacement at places of each organ ([`samples`]), which pictures do not use: a place of one organ's surface is pulled
+//! Found from the elements' own displacement at places of each organ (`meeting::samples`), which pictures do not use: a place of one organ's surface is pulled
 //! back through the other's displacement by Newton's method, and lies in it where it lies in its region at rest. Boxes first, then the nearest
 //! places; what is left to be pulled back are places at the other's surface.
 //!
 //! What is missed: organs that come into one another between such places. They are [`Meetings::step`] apart at most, as the surface is at rest:
 //! two surfaces of which one bends by a radius `R` are in one another by less than about `step^2 / (3 R)` before a place is in (0.13 mm for 1 mm and 2.5 mm),
-//! times what the surface is stretched by, squared. And where one organ is stretched by more than twice what [`REACH`] holds.
+//! times what the surface is stretched by, squared. And where one organ is stretched by more than twice what `REACH` holds.
 
 mod nearest;
 mod samples;
