@@ -163,10 +163,11 @@ impl Live {
             return Answer::Unseen { way };
         }
         let (meetings, names) = &self.meetings;
-        let mut met = None;
-        // A state in which organs lie in one another is none to go on from either: they would have pushed one another elsewhere.
+        let (mut met, before) = (None, self.frames.state().to_vec());
+        // A state in which organs lie in one another is none to go on from either, nor one behind such: they would have pushed one another
+        // elsewhere.
         let frame = self.frames.frame_where(&pose, |bodies, a| {
-            met = meetings.deepest(bodies, a);
+            met = meetings.deepest_between(bodies, &before, a);
             met.is_none()
         });
         match (frame.state, met) {

@@ -4,7 +4,9 @@
 //! back through the other's displacement by Newton's method, and lies in it where it lies in its region at rest. Boxes first, then the nearest
 //! places; what is left to be pulled back are places at the other's surface.
 //!
-//! What is missed: organs that come into one another between such places. They are [`Meetings::step`] apart at most, as the surface is at rest:
+//! Organs that have gone through one another are apart again: the way from the state before is looked at, too ([`Meetings::deepest_between`]).
+//!
+//! What is missed: two organs that are together thinner than [`WAY_MM`] where one goes through the other, and organs that come into one another between such places. They are [`Meetings::step`] apart at most, as the surface is at rest:
 //! two surfaces of which one bends by a radius `R` are in one another by less than about `step^2 / (3 R)` before a place is in (0.13 mm for 1 mm and 2.5 mm),
 //! times what the surface is stretched by, squared. And where one organ is stretched by more than twice what `REACH` holds.
 
@@ -28,6 +30,11 @@ const MOST_STEPS: usize = 20;
 const LAST_STEP: f64 = 1e-9;
 /// Organs that are nearer than this at rest touch, mm: far below what a label map tells.
 const TOUCH_MM: f64 = 0.05;
+
+/// From one look at organs on their way to the next a place goes so far at most, mm; and so many looks are taken at most: organs go no farther in
+/// a frame than a tube is walked.
+pub const WAY_MM: f64 = 1.0;
+const MOST_LOOKS: f64 = 256.0;
 
 /// Two organs in one another, or at one another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,6 +86,27 @@ impl Meetings {
     /// The two organs that lie deepest in one another in a state; `None` where no place of a surface lies in another organ.
     pub fn deepest(&self, bodies: &Bodies, a: &[f64]) -> Option<Meeting> {
         self.all(|organ| bodies.part(organ, a), &|here, there| here.depth_in(there))
+    }
+
+    /// The same on the way from one state to the next, taken straight and looked at wherever a place has gone by [`WAY_MM`]: organs that were
+    /// apart in both may have gone through one another between them.
+    pub fn deepest_between(&self, bodies: &Bodies, from: &[f64], to: &[f64]) -> Option<Meeting> {
+        let ways = self.organs.iter().enumerate().map(|(organ, one)| {
+            let [from, to] = [from, to].map(|a| one.samples.moved(bodies.part(organ, a)));
+            from.iter()
+                .zip(&to)
+                .map(|(from, to)| (to - from).norm())
+                .fold(0.0, larger)
+        });
+        let steps = (ways.fold(0.0, larger) / WAY_MM).ceil().min(MOST_LOOKS).max(1.0);
+        let met = (1..=steps as u32).filter_map(|step| {
+            let part = f64::from(step) / steps;
+            let each = from.iter().zip(to).map(|(from, to)| from + part * (to - from));
+            // The last one to the bit.
+            let between: Vec<f64> = if part < 1.0 { each.collect() } else { to.to_vec() };
+            self.deepest(bodies, &between)
+        });
+        met.reduce(|one, other| if other.depth > one.depth { other } else { one })
     }
 
     /// The same at rest, and organs that touch there.
@@ -259,5 +287,14 @@ impl<'a> Now<'a> {
         });
         let least = apart.fold(f64::INFINITY, f64::min);
         (least < TOUCH_MM).then_some(-least.max(0.0))
+    }
+}
+
+/// The larger one; what is no number counts as farther than any.
+fn larger(one: f64, other: f64) -> f64 {
+    if one.is_nan() || other.is_nan() {
+        f64::INFINITY
+    } else {
+        one.max(other)
     }
 }

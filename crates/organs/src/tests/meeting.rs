@@ -81,6 +81,34 @@ fn balls_that_are_moved_into_one_another_are_found_with_their_depth_and_beside_o
     assert!(none.unwrap().depth.is_infinite());
 }
 
+/// Stated: settled, and not in one another. True: one organ had gone through the other from one state to the next, and was apart again behind it.
+#[test]
+fn balls_that_go_through_one_another_between_two_states_are_found_there() {
+    let model = balls(6.0);
+    let (gap, meetings, bodies) = (gap(&model), Meetings::new(&model.bodies), &model.system.bodies);
+    let placed = |by: Vector3<f64>| {
+        let mut a = model.system.initial();
+        bodies.solid(1).translate(&mut a[bodies.offset(1)..], by);
+        a
+    };
+    let [before, behind] = [1.0 - gap, -gap - 60.0].map(|x| placed(Vector3::new(x, 0.0, 0.0)));
+    let both = [&before, &behind].map(|a| meetings.deepest(bodies, a));
+    assert_eq!(both, [None, None]);
+    let found = meetings.deepest_between(bodies, &before, &behind).unwrap();
+    // As deep as the smaller one is thick at least, somewhere on the way.
+    assert!(found.organs == [0, 1] && found.depth > RADII[1], "{found:?}");
+    // Around it, and along it, nothing is met.
+    let beside = placed(Vector3::new(1.0 - gap, 30.0, 0.0));
+    assert_eq!(meetings.deepest_between(bodies, &before, &beside), None);
+    assert_eq!(meetings.deepest_between(bodies, &before, &before), None);
+    // And where it ends counts, as ever.
+    let deep = placed(Vector3::new(-gap - 2.0, 0.0, 0.0));
+    assert_eq!(
+        meetings.deepest_between(bodies, &before, &deep),
+        meetings.deepest(bodies, &deep)
+    );
+}
+
 /// A ball that is turned, stretched and swallowed is pulled back to where it is at rest, and its surface is the one that it has then.
 #[test]
 fn a_ball_that_is_turned_or_stretched_or_swallowed_is_found_where_it_is() {
