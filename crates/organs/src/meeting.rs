@@ -98,7 +98,7 @@ impl Meetings {
                 .map(|(from, to)| (to - from).norm())
                 .fold(0.0, larger)
         });
-        let steps = (ways.fold(0.0, larger) / WAY_MM).ceil().min(MOST_LOOKS).max(1.0);
+        let steps = (ways.fold(0.0, larger) / WAY_MM).ceil().clamp(1.0, MOST_LOOKS);
         let met = (1..=steps as u32).filter_map(|step| {
             let part = f64::from(step) / steps;
             let each = from.iter().zip(to).map(|(from, to)| from + part * (to - from));
