@@ -2,20 +2,23 @@
 //!
 //! A sample is judged beside those before it (`bus::continuity`): a measurement that has stood still for too long is none. Behind a
 //! jump nobody has seen any. The replayer reads what came before the place and tells of it, behind the clock and in front of the first
-//! pose of the place, the sample in which the measurement began to stand still and the last one. Whoever judges poses knows both by their
-//! publication, which lies before the place that the clock was set to, and draws neither.
+//! pose of the place, the samples of the measurements that a judge would have kept, the last of which is where nothing new began to come, and the
+//! last sample of all. Whoever judges poses knows them by their publication, which lies before the place that the clock was set to, and draws none.
 
 use bus::continuity::{Break, Continuity};
 use bus::message::{Lost, ToolPose, Tracked};
 use geometry::{Ct, Rigid, Tool};
+
+/// Different measurements that are kept, as [`Continuity`] keeps them.
+const KEPT: usize = 8;
 
 /// Judges what a replay shows, as its views do.
 #[derive(Debug, Default)]
 pub(super) struct Judge {
     frozen_ns: Option<i64>,
     continuity: Continuity,
-    /// The sample in which the measurement began that was judged last.
-    since: Option<ToolPose>,
+    /// The first samples of the newest different measurements, at most [`KEPT`], the newest last.
+    kept: Vec<ToolPose>,
     /// The last sample that was not refused.
     last: Option<ToolPose>,
     /// The first measurement; `None` before it.
@@ -51,9 +54,11 @@ impl Judge {
         self.last = Some(*pose);
         let Tracked::Valid(at) = tracked else { return };
         let is_noiseless = pose.flags & ToolPose::NOISELESS != 0;
-        let before = self.since.and_then(|since| since.tracked().ok());
-        if is_noiseless || before != Some(tracked) {
-            self.since = Some(*pose);
+        let is_kept = self.kept.iter().any(|kept| kept.tracked() == Ok(tracked));
+        if is_noiseless || !is_kept {
+            let gives_way = usize::from(self.kept.len() == KEPT);
+            self.kept.drain(..gives_way);
+            self.kept.push(*pose);
         }
         self.has_changed |= is_noiseless || *self.first.get_or_insert(at) != at;
     }
@@ -62,13 +67,13 @@ impl Judge {
     pub(super) fn is_known(&self, pose: Option<&ToolPose>) -> bool {
         let Some(limit_ns) = self.frozen_ns else { return true };
         let stands =
-            |(pose, since): (&ToolPose, ToolPose)| pose.t_capture_ns.saturating_sub(since.t_capture_ns) > limit_ns;
-        self.from_the_start || self.has_changed || pose.zip(self.since).is_some_and(stands)
+            |(pose, since): (&ToolPose, &ToolPose)| pose.t_capture_ns.saturating_sub(since.t_capture_ns) > limit_ns;
+        self.from_the_start || self.has_changed || pose.zip(self.kept.last()).is_some_and(stands)
     }
 
-    /// The sample in which the measurement began, and the last one; one, where both are the same.
+    /// The samples of the measurements that are kept, and the last one; one, where it is the last of them.
     pub(super) fn told(&self) -> Vec<ToolPose> {
-        let mut told: Vec<ToolPose> = self.since.into_iter().chain(self.last).collect();
+        let mut told: Vec<ToolPose> = self.kept.iter().copied().chain(self.last).collect();
         told.dedup();
         told
     }
@@ -110,16 +115,16 @@ mod tests {
         /// Wherever one goes in a recording, what is told of before it leads to what reading all of it gives.
         #[test]
         fn what_is_told_before_a_place_gives_the_verdict_of_everything(
-            runs in prop::collection::vec((0..3_u8, 1..50_usize), 1..8), at in 0..400_usize
+            few in 1..12_u8, runs in prop::collection::vec((0..12_u8, 1..50_usize), 1..16), at in 0..800_usize
         ) {
-            let places: Vec<u8> = runs.iter().flat_map(|(place, n)| std::iter::repeat_n(*place, *n)).collect();
+            let places: Vec<u8> = runs.iter().flat_map(|(place, n)| std::iter::repeat_n(*place % few, *n)).collect();
             let poses = stream(&places);
             let at = at % poses.len();
             let mut all = Judge::new(Some(LIMIT_NS), true);
             poses[..at].iter().for_each(|pose| all.take(pose));
-            // Two samples at most, to whom has seen nothing.
+            // Some samples at most, to whom has seen nothing.
             let mut told = Judge::new(Some(LIMIT_NS), false);
-            prop_assert!(all.told().len() <= 2);
+            prop_assert!(all.told().len() <= KEPT + 1);
             all.told().iter().for_each(|pose| told.take(pose));
             for pose in &poses[at..] {
                 all.take(pose);
