@@ -19,7 +19,7 @@ fn row(number: u64, ended: &str, bump: &str, numbers: [f64; 5], [pictures, lost]
         String::new()
     };
     let fields = format!(
-        "a,{number},node,{ended},,pass,{bump},,{tre},{predicted},{nees},{miss},{time},3,{pictures},{lost},{why},1,1,0,1,1,1,1,1,1,1,0,0,"
+        "a,{number},node,{ended},,pass,{bump},,{tre},{predicted},{nees},{miss},{time},3,{pictures},{lost},{why},1,1,0,1,1,1,1,1,1,1,0,0,,,,,,"
     );
     Row::read(&sealed(&fields)).unwrap()
 }
