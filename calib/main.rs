@@ -4,7 +4,7 @@ use calib_cli::cli::Hands;
 use calib_cli::{Delivered, Follow, Loaded, Seen};
 use geometry::{Marker, Tool, Uncertain};
 use scene::Scene;
-use tracker_proc::{Markers, PosedMarkers};
+use tracker_proc::Following;
 
 fn main() -> std::process::ExitCode {
     calib_cli::cli::main(Hands {
@@ -23,41 +23,25 @@ fn main() -> std::process::ExitCode {
 }
 
 /// The markers of a run as the tracker follows them.
-enum Following {
-    /// By emitters that a localizer sees.
-    Emitters(Box<Markers>),
-    /// By poses that a localizer makes.
-    Posed(Box<PosedMarkers>),
-}
+struct Tracked(Following);
 
 fn follow(scene: &Scene) -> Result<Box<dyn Follow>, Box<dyn std::error::Error + Send + Sync>> {
-    Ok(Box::new(match PosedMarkers::of(scene)? {
-        Some(markers) => Following::Posed(Box::new(markers)),
-        None => Following::Emitters(Box::new(Markers::of(scene)?)),
-    }))
+    Ok(Box::new(Tracked(Following::of(scene)?)))
 }
 
-impl Follow for Following {
+impl Follow for Tracked {
     fn has_reference(&self) -> bool {
-        match self {
-            Self::Emitters(markers) => markers.has_reference(),
-            Self::Posed(markers) => markers.has_reference(),
-        }
+        self.0.has_reference()
     }
 
     fn marker_from_tool(&self) -> Result<Uncertain<Marker, Tool>, String> {
-        match self {
-            Self::Emitters(markers) => markers.marker_from_tool(),
-            Self::Posed(markers) => markers.marker_from_tool(),
-        }
+        self.0.marker_from_tool()
     }
 
     fn see(&mut self, frame: Delivered<'_>, now_ns: i64) -> Result<Seen, String> {
-        let seen = match (self, frame) {
-            (Self::Emitters(markers), Delivered::Emitters(frame)) => markers.see(frame, now_ns)?,
-            (Self::Posed(markers), Delivered::Markers(frame)) => markers.see(frame, now_ns)?,
-            // Both follow from the scene's source.
-            _ => return Err("a frame of another kind than the scene's localizer delivers".to_owned()),
+        let seen = match frame {
+            Delivered::Emitters(frame) => self.0.see_emitters(frame, now_ns)?,
+            Delivered::Markers(frame) => self.0.see_markers(frame, now_ns)?,
         };
         Ok(Seen {
             marker: seen.marker,

@@ -21,6 +21,10 @@ fn main() -> std::process::ExitCode {
                 Depth::Meshes => tissue_proc::check::meshes(scene, reads),
             }
         },
+        tank: |scene| match tracker_proc::probe::Tank::of(scene) {
+            Ok(_) | Err(tracker_proc::probe::TankError::Io { .. }) => Ok(()),
+            Err(why) => Err(why.into()),
+        },
         structure_set: |path, examination| {
             let set = volume_loader::structure_set(path, examination)?;
             Ok(set.map(|set| pilot::cli::StructureSet {

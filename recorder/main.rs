@@ -2,34 +2,24 @@
 
 use recorder::edit::export::follow::{Delivered, Follow, Seen};
 use scene::Scene;
-use tracker_proc::{Markers, PosedMarkers};
+use tracker_proc::Following;
 
 fn main() -> std::process::ExitCode {
     recorder::cli::main(follow)
 }
 
-/// The markers of a scene as the tracker follows them.
-enum Following {
-    /// By emitters that a localizer sees.
-    Emitters(Box<Markers>),
-    /// By poses that a localizer makes.
-    Posed(Box<PosedMarkers>),
-}
+/// The markers of a recording's scene as the tracker follows them.
+struct Tracked(Following);
 
 fn follow(scene: &Scene) -> Result<Box<dyn Follow>, Box<dyn std::error::Error + Send + Sync>> {
-    Ok(Box::new(match PosedMarkers::of(scene)? {
-        Some(markers) => Following::Posed(Box::new(markers)),
-        None => Following::Emitters(Box::new(Markers::of(scene)?)),
-    }))
+    Ok(Box::new(Tracked(Following::of(scene)?)))
 }
 
-impl Follow for Following {
+impl Follow for Tracked {
     fn see(&mut self, frame: Delivered<'_>, now_ns: i64) -> Result<Seen, String> {
-        let seen = match (self, frame) {
-            (Self::Emitters(markers), Delivered::Emitters(frame)) => markers.see(frame, now_ns)?,
-            (Self::Posed(markers), Delivered::Markers(frame)) => markers.see(frame, now_ns)?,
-            // Both follow from the scene's source.
-            _ => return Err("a frame of another kind than the scene's localizer delivers".to_owned()),
+        let seen = match frame {
+            Delivered::Emitters(frame) => self.0.see_emitters(frame, now_ns)?,
+            Delivered::Markers(frame) => self.0.see_markers(frame, now_ns)?,
         };
         Ok(Seen {
             marker: seen.marker.transform(),

@@ -33,15 +33,19 @@ pub(crate) struct Checked {
     pub(crate) faults: Vec<String>,
 }
 
+/// Reads the tank that a simulated probe images, where a scene has one.
+pub(crate) type LookAtTank = fn(&Scene) -> Result<(), Box<dyn std::error::Error + Send + Sync>>;
+
 /// Looks at everything that a scene names; `is_quick` leaves out the meshing of organs.
 pub(crate) fn check(
     source: &Source,
     scene: &Scene,
     is_quick: bool,
-    (look, load): (LookAtOrgans, LoadLabels),
+    (look, tank, load): (LookAtOrgans, LookAtTank, LoadLabels),
 ) -> Checked {
     let mut lines = lines(source, scene);
     let mut faults = files::faults(source, scene);
+    faults.extend(tank(scene).err().map(|why| format!("tracker.room.probe.tank: {why}")));
     faults.extend(targets::faults(scene));
     let examination = Examination::of(source, scene);
     if scene.tissue.is_some() {

@@ -356,7 +356,12 @@ fn display(path: &Path) -> String {
 
 fn check(args: &CheckArgs, hands: Hands) -> Result<(), CliError> {
     let (source, scene) = load_scene(&args.scene)?;
-    let found = check::check(&source, &scene, args.quick, (hands.organs, hands.load_labels));
+    let found = check::check(
+        &source,
+        &scene,
+        args.quick,
+        (hands.organs, hands.tank, hands.load_labels),
+    );
     let path = source.path.display();
     match found.faults.len() {
         0 => say(&format!("scene {path}: good")),

@@ -26,7 +26,7 @@ const OF_95: f64 = 2.795_483;
 /// What the tube did to organs on one way.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Pushed {
-    /// How far it truly has moved the place that is told, and the one that was aimed at; zero outside organs. `None` where the
+    /// How far it truly has moved the place that is told, and the one that was aimed at, which stays where it is outside organs. `None` where the
     /// true organs did not settle: then nobody knows.
     pub(crate) truly: Option<[Vector<Ct>; 2]>,
     /// Where the model has the told place beside where it truly is; `None` where it has no state.
@@ -63,6 +63,14 @@ pub(crate) fn meshed(tissue: &Tissue) -> Result<Anatomist, Words> {
 pub(crate) fn pushed(tissue: &Tissue, anatomist: &Anatomist, shots: &[Shot], seed: u64) -> Result<Pushed, Words> {
     let mut truth = anatomist.others(&drawn(seed, anatomist.uncertain()))?;
     let mut model = anatomist.organs()?;
+    if model.moved(tissue.told.centre).is_none() {
+        // Nobody knows how far the tube moves what is no organ: not by 0 mm.
+        return Err(format!(
+            "tissue.told: target {:?} lies in no organ of the scene",
+            tissue.told.name
+        )
+        .into());
+    }
     let (mut next_ns, step_ns) = (i64::MIN, (1e9 / tissue.rate_hz) as i64);
     let mut last = (TissueHeader::default(), None);
     for (number, shot) in (1..).zip(shots) {

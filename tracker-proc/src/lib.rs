@@ -8,6 +8,7 @@ pub mod chain;
 pub mod cli;
 mod errors;
 mod follow;
+mod following;
 mod gesture;
 mod markers;
 pub mod operating_room;
@@ -20,6 +21,7 @@ mod simulated;
 mod simulated_time;
 
 pub use follow::{FiledError, PlayError, chain_of_files};
+pub use following::Following;
 pub use gesture::{Gesture, GestureError};
 pub use markers::{Markers, MarkersError, Seen};
 pub use posed_markers::PosedMarkers;

@@ -7,7 +7,12 @@ use super::*;
 
 fn checked(text: &str) -> Checked {
     let source = raw::parse(text, Path::new("s.toml")).unwrap();
-    check(&source, &Scene::from_raw(&source).unwrap(), false, (as_far, labelled))
+    check(
+        &source,
+        &Scene::from_raw(&source).unwrap(),
+        false,
+        (as_far, |_| Ok(()), labelled),
+    )
 }
 
 /// Organs that nothing is wrong with.
@@ -270,7 +275,12 @@ fn labels_of_the_generated_patient_beside_another_examination_are_said() {
         .unwrap();
         let text = format!("[volume]\nsource = \"{source}\"\n[tissue]\norgans = \"o.toml\"\n");
         let source = raw::parse(&text, &folder.path().join("s.toml")).unwrap();
-        let found = check(&source, &Scene::from_raw(&source).unwrap(), false, (as_far, labelled));
+        let found = check(
+            &source,
+            &Scene::from_raw(&source).unwrap(),
+            false,
+            (as_far, |_| Ok(()), labelled),
+        );
         let is_said = |words: &str| found.lines.iter().any(|line| line.contains(words));
         assert!(is_said("organs meshed") != is_said("were not held against the examination"));
         let of_labels = found.faults.into_iter().find(|fault| fault.contains("space.labels"));

@@ -65,6 +65,8 @@ pub struct Hands {
     pub structure_set_bytes: fn(&VolumeSpec, &[NamedPlace]) -> Read<Vec<u8>>,
     /// Looks at the organs of a scene as the process does that moves them, at its start: in words, what was made of them.
     pub organs: fn(&Scene, Depth) -> Read<Option<String>>,
+    /// Reads the tank that a simulated probe of a scene images, as the tracker does at its start; a file that is not there is no matter of it.
+    pub tank: fn(&Scene) -> Read<()>,
 }
 
 /// The points of a DICOM structure set.

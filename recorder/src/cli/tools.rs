@@ -266,6 +266,9 @@ fn said_of_images(out: &Path, exported: &ExportedImages) -> String {
             exported.unreadable,
             "parts of the recording could not be read: `recorder verify` names them".to_owned(),
         ),
+        exported
+            .is_cut_off
+            .then(|| "; THE RECORDING ENDS WITHIN A RECORD: images behind that are missing".to_owned()),
     ];
     let more: String = more.into_iter().flatten().collect();
     let options = exported.options.as_ref();

@@ -52,6 +52,10 @@ pub(super) fn tissue(at: &At<'_>, own: &RawDials, all: &RawDials) -> Result<Opti
             "not beside tissue.scene, whose targets are named by tissue.aimed and tissue.told",
         ));
     }
+    if own.breathing.mm.or(all.breathing.mm).is_some_and(|mm| mm > 0.0) {
+        let why = "not beside tissue.scene: organs that breathe while the tube pushes them are not in the model";
+        return Err(at.wrong("breathing.mm", name, why));
+    }
     let path = at.path.parent().unwrap_or(Path::new("")).join(name);
     let scene = Scene::load(&path).map_err(|error| at.wrong(KEY, name, error.to_string()))?;
     let Some(spec) = &scene.tissue else {

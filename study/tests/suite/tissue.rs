@@ -110,4 +110,26 @@ fn organs_that_cannot_be_moved_are_refused_with_their_place() {
         why.contains("targets: found \"tissue-kidney.toml\"; not beside tissue.scene"),
         "{why}"
     );
+    // Stated: a study of organs that breathe. True: while the tube pushed them they did not.
+    let both = format!("{BOTH} }}\nbreathing = {{ mm = 10.0");
+    let why = planned(&config(), &both).unwrap_err().to_string();
+    assert!(
+        why.contains("breathing.mm: found \"tissue-kidney.toml\"; not beside tissue.scene"),
+        "{why}"
+    );
+}
+
+/// Stated: moved by 0 mm. True: nobody knows, as the target lies in no organ.
+#[test]
+fn a_target_in_no_organ_is_not_told_as_one_that_did_not_move() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = planned(
+        &config(),
+        "scene = \"tissue-kidney.toml\", aimed = \"under the kidney\", rate_hz = 6.0",
+    );
+    let why = run(&plan.unwrap(), folder.path(), 1).unwrap_err().to_string();
+    assert!(
+        why.contains("tissue.told: target \"under-the-kidney\" lies in no organ of the scene"),
+        "{why}"
+    );
 }

@@ -15,6 +15,7 @@ use chance::Chance;
 use exchange::plus::{self, PhantomWire, PlusError};
 use geometry::{Ct, Phantom, Point, Reference, Rigid, Vector};
 use scene::operating_room::{Deviations, Room, Tank as Spec};
+use scene::{Scene, TrackerSource};
 use ultrasound::{SCANNER_M_S, Wall, Wire, water_m_s};
 
 use crate::operating_room::about;
@@ -73,6 +74,18 @@ pub enum TankError {
 }
 
 impl Tank {
+    /// Reads the tank of a scene, as a run does at its start; `None` of a scene without one.
+    ///
+    /// # Errors
+    /// [`TankError`].
+    pub fn of(scene: &Scene) -> Result<Option<Self>, TankError> {
+        let TrackerSource::OperatingRoom(room) = &scene.tracker.source else {
+            return Ok(None);
+        };
+        let tank = room.tank.as_ref();
+        tank.map(|tank| Self::load(tank, room, scene.seed)).transpose()
+    }
+
     /// Reads the tank of a room of this seed.
     ///
     /// # Errors

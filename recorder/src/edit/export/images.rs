@@ -46,6 +46,8 @@ pub struct ExportedImages {
     pub left_out: u64,
     /// Parts of the recording, or messages, that could not be read.
     pub unreadable: u64,
+    /// The file ends within a record: what came behind that is in no image.
+    pub is_cut_off: bool,
     /// Where beams run and whose tool it is, as options of `calib probe`; nothing where the images do not say where beams run.
     pub options: Option<String>,
 }
@@ -69,7 +71,7 @@ pub(super) fn write(input: &Path, follow: FollowMarkers, out: &mut impl Write) -
     text::header(out, &first, &listed.images).map_err(write_error)?;
     let mut written = 0;
     let mut images = listed.images.iter().peekable();
-    let unreadable = each(input, "exporting", |frame| {
+    let (unreadable, is_cut_off) = each(input, "exporting", |frame| {
         // The same that were listed, in the same order.
         let is_next = |image: &&listed::Image| image.seq == frame.header.seq && image.t_ns == frame.header.t_capture_ns;
         if images.next_if(is_next).is_none() {
@@ -87,6 +89,7 @@ pub(super) fn write(input: &Path, follow: FollowMarkers, out: &mut impl Write) -
         why: unposed.why,
         left_out: listed.left_out,
         unreadable,
+        is_cut_off,
         options: text::options(&first, &scene.tool.name),
     })
 }
@@ -116,24 +119,24 @@ fn scene_of(input: &Path) -> Result<Scene, ExportError> {
     Scene::parse(&text, Path::new(SCENE)).map_err(|error| refused(format!("its scene cannot be read: {error}")))
 }
 
-/// Every image in the order of the file; returns how many parts could not be read.
+/// Every image in the order of the file; returns how many parts could not be read, and whether the file ends within a record.
 fn each(
     input: &Path,
     what: &'static str,
     mut take: impl FnMut(crate::wire::proto::UsFrame) -> Result<(), ExportError>,
-) -> Result<u64, ExportError> {
+) -> Result<(u64, bool), ExportError> {
     let mut images = reader::us_images(input)?;
-    let (mut progress, mut unreadable) = (Progress::new(what), 0);
+    let (mut progress, mut unreadable, mut is_cut_off) = (Progress::new(what), 0, false);
     while let Some(image) = images.next() {
         let (read, length) = images.progress();
         progress.at(read, length);
         match image {
             Ok(image) => take(image)?,
-            Err(ReadError::Damage(damage)) if damage.fault.is_mere_ending() => {}
+            Err(ReadError::Damage(damage)) if damage.fault.is_mere_ending() => is_cut_off = true,
             Err(_) => unreadable += 1,
         }
     }
-    Ok(unreadable)
+    Ok((unreadable, is_cut_off))
 }
 
 #[cfg(test)]

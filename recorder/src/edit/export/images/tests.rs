@@ -93,9 +93,14 @@ impl Log {
 
     /// What is said of the export, and the header's text and the bytes behind it.
     fn exported(self) -> Result<(ExportedImages, String, Vec<u8>), String> {
+        self.exported_of(|bytes| bytes)
+    }
+
+    /// The same of bytes that were changed.
+    fn exported_of(self, change: impl FnOnce(Vec<u8>) -> Vec<u8>) -> Result<(ExportedImages, String, Vec<u8>), String> {
         let tmp = tempfile::tempdir().unwrap();
         let (input, out) = (tmp.path().join("s.mcap"), tmp.path().join("s.igs.mha"));
-        fs::write(&input, self.0.finish().unwrap().into_inner()).unwrap();
+        fs::write(&input, change(self.0.finish().unwrap().into_inner())).unwrap();
         let exported = export_images(&input, |_| Ok(Box::new(Glide)), &out, false).map_err(|error| {
             assert!(!out.exists());
             error.to_string()
@@ -230,4 +235,23 @@ fn what_makes_no_sequence_is_refused_with_the_reason() {
     let mut two = log();
     two.0.scene("seed = 2\n", 0).unwrap();
     refused(two.images([image(0, 30 * MS)]), "it holds two scenes");
+}
+
+/// Stated: so many images, and nothing else. True: the file ends within a record, and the gesture's end is missing.
+#[test]
+fn images_of_a_recording_that_is_cut_off_are_said_to_be() {
+    let log = || {
+        let frames = Log::new().frames((0..400).map(|seq| (seq, true)));
+        frames.images((0..200).map(|seq| image(seq, (20 * seq as i64 + 5) * MS)))
+    };
+    let (whole, ..) = log().exported().unwrap();
+    assert_eq!((whole.images, whole.is_cut_off), (200, false));
+    // Behind the last byte of the messages everything is index and summary.
+    let (cut, ..) = log()
+        .exported_of(|mut bytes| {
+            bytes.truncate(bytes.len() - 7);
+            bytes
+        })
+        .unwrap();
+    assert!(cut.is_cut_off, "{cut:?}");
 }
