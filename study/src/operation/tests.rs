@@ -6,6 +6,7 @@ use nalgebra::{Matrix4, Quaternion, UnitQuaternion, Vector4};
 
 use super::*;
 use crate::plan::Plan;
+use crate::truth::length;
 
 fn plan() -> Plan {
     let text = "seed = 4\n[[stratum]]\nname = \"a\"\nct = { spacing_mm = [2.0, 2.0, 2.0], images = 1 }\nbeads = { diameter_mm = 4.0 }\n\
