@@ -159,7 +159,7 @@ impl Errors {
     }
 
     /// Finds the errors of the state that was just told, where it is settled and its turn: by numbers of states, never by a clock.
-    pub(crate) fn find(&mut self, sample: &ToolPose, frame: &Frame, live: &Live) {
+    pub(crate) fn find(&mut self, sample: &ToolPose, frame: &Frame, live: &mut Live) {
         if frame.state != State::Settled || self.places.is_empty() || self.varied.is_empty() {
             return;
         }
@@ -179,14 +179,16 @@ impl Errors {
     }
 
     /// The covariances of all places; `None` where the change for one number is not known: a sum without it would be too small.
-    fn of(&self, live: &Live) -> Option<[PlaceError; MOST_ERRORS]> {
-        let a = live.frames.state();
+    fn of(&self, live: &mut Live) -> Option<[PlaceError; MOST_ERRORS]> {
         let mut sums = vec![Matrix3::zeros(); self.places.len()];
         // An organ at rest is there by no number of the model.
         if !is_at_rest(live) {
+            let a = live.frames.state();
+            let forces: Option<Vec<_>> = self.varied.iter().map(|one| one.forces(a)).collect();
+            let forces = forces?;
             let yielding = live.frames.yielding()?;
-            for one in &self.varied {
-                let change = yielding.to(&one.forces(a)?)?;
+            let changes: Option<Vec<_>> = forces.iter().map(|forces| yielding.to(forces)).collect();
+            for change in changes? {
                 for (sum, place) in sums.iter_mut().zip(&self.places) {
                     let moved = Vector3::from(live.turned(&place.moved(live, &change)));
                     *sum += moved * moved.transpose();

@@ -117,7 +117,7 @@ impl Organs {
         let header = header(&sample, (self.seq, [0; 32]), Some(&answer), &self.live);
         let header = self.errors.told(header, frame, &self.live);
         if let Some(frame) = frame {
-            self.errors.find(&sample, frame, &self.live);
+            self.errors.find(&sample, frame, &mut self.live);
         }
         header
     }

@@ -1,5 +1,6 @@
 //! Whole answers: the generated patient's kidney, and what is refused before any pose.
 
+mod pushed;
 mod several;
 
 use std::path::Path;

@@ -12,7 +12,7 @@ const IN_FAT: [f64; 3] = [65.2, 38.0, 60.0];
 
 /// The tool with its tip so far from the node's middle, on the patient's left of it, pushed to the right. By half a millimetre to the
 /// back: a round tip that meets a node in the middle lets it slip off to any side.
-fn at_the_node(from: f64) -> Rigid<Ct, Tool> {
+pub(super) fn at_the_node(from: f64) -> Rigid<Ct, Tool> {
     let tip = Point::new(NODE[0] + from, NODE[1] + 0.5, NODE[2]);
     Rigid::from_axes(tip, checked::direction([-1.0, 0.0, 0.0]).unwrap(), Direction::Y).unwrap()
 }

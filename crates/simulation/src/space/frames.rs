@@ -17,6 +17,7 @@ mod contact;
 mod factors;
 mod mix;
 mod near;
+mod present;
 mod pressed;
 mod reduced;
 mod report;
@@ -27,11 +28,10 @@ mod stiffness;
 mod touch;
 mod walk;
 mod watch;
-mod yielding;
 
+pub use present::Yielding;
 pub use report::{Frame, Refused, State};
 pub use settings::{NoFrames, Settings};
-pub use yielding::Yielding;
 
 use std::sync::Arc;
 
@@ -46,6 +46,7 @@ use around::Around;
 use contact::Contact;
 use factors::Factors;
 use mix::Mix;
+use present::Present;
 use search::Found;
 use watch::Others;
 
@@ -84,6 +85,8 @@ pub struct Frames {
     contact: Contact,
     others: Others,
     factors: Factors,
+    /// `None` until somebody asks for it.
+    present: Option<Box<Present>>,
     mix: Mix,
     /// Of each solid.
     least_forces: Vec<f64>,

@@ -4,6 +4,7 @@ mod bone;
 mod certified;
 mod follow;
 mod held;
+mod leaning;
 mod refused;
 mod rest;
 mod several;

@@ -103,6 +103,7 @@ impl Frames {
             settings,
             others,
             factors,
+            present: None,
             scale: least_forces.iter().copied().fold(f64::INFINITY, f64::min),
             least_forces,
             frame: 0,

@@ -20,8 +20,6 @@ pub(super) struct Factor {
     matrix: Triplets,
     /// False where the second derivatives are not positive definite, nor is a convex matrix near them.
     whole: bool,
-    /// Of a convex matrix near the second derivatives, not of these.
-    pub(super) convex: bool,
 }
 
 impl Factor {
@@ -34,15 +32,14 @@ impl Factor {
             active: Active::default(),
             matrix: Triplets::default(),
             whole: false,
-            convex: false,
         })
     }
 
     /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
     fn make(&mut self, system: &System, a: &[f64]) {
         (self.near, self.active) = (Arc::default(), Active::default());
-        let made = [false, true].into_iter().find(|convex| {
-            system.hessian(a, *convex, &mut self.matrix).is_some_and(|()| {
+        self.whole = [false, true].into_iter().any(|convex| {
+            system.hessian(a, convex, &mut self.matrix).is_some_and(|()| {
                 // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
                 let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
                 self.matrix.fix(system.fixed(), scale);
@@ -50,7 +47,6 @@ impl Factor {
                 self.ldl.definite(0.0) == Ok(true)
             })
         });
-        (self.whole, self.convex) = (made.is_some(), made == Some(true));
     }
 
     /// Takes these points, in ascending order, as those at the tube.
@@ -141,6 +137,11 @@ impl Factors {
             precision,
             due: None,
         })
+    }
+
+    /// The order of elimination.
+    pub(super) fn order(&self) -> &Dissection {
+        &self.order
     }
 
     /// True while a next one is being made.

@@ -88,7 +88,7 @@ impl Pressed {
 }
 
 /// The principal directions of a surface, and its curvatures.
-fn bends(distance: &Distance) -> [(Vector3<f64>, f64); 2] {
+pub(super) fn bends(distance: &Distance) -> [(Vector3<f64>, f64); 2] {
     let normal = distance.gradient;
     // The axis that the normal is least along: never parallel to it. Without a normal there is no direction, and no spring.
     let across = normal.cross(&Vector3::ith(normal.iamin(), 1.0));

@@ -172,7 +172,7 @@ fn the_slope_of_the_force_has_the_bone_behind_the_tissue_in_it() {
     // Down is against the axis.
     let slope = (sides[0] - sides[1]) / (-2.0 * small);
     frames.frame(&pose(6.0));
-    let found = frames.stiffness().unwrap();
+    let found = frames.yielding().unwrap().stiffness().unwrap();
     let off = (found.fixed_view::<3, 1>(0, 2) - slope).norm();
     println!("{found:.5}{slope:.5}{off:.1e}");
     // Forces have 1e-9 of some 0.1 N, so slopes 1e-6 N/mm; second derivatives of the force by the way add less.

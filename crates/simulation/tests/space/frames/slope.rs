@@ -29,7 +29,10 @@ fn the_stiffness_of_the_tube_is_the_slope_of_its_force() {
     let system = block(COARSE, 0.45);
     let a = system.initial();
     let mut frames = Frames::new(system, a, 0, odd, settings, top(25.0)).unwrap();
-    assert_eq!(frames.stiffness().unwrap(), nalgebra::Matrix6::zeros());
+    assert_eq!(
+        frames.yielding().unwrap().stiffness().unwrap(),
+        nalgebra::Matrix6::zeros()
+    );
     let middle = pose(5.0, 1.0, 0.03) * aside();
     for k in 1..=4 {
         let part = f64::from(k) / 4.0;
@@ -64,7 +67,7 @@ fn the_stiffness_of_the_tube_is_the_slope_of_its_force() {
             .copy_from(&(sides[0].1 / (2.0 * small)));
     }
     frames.frame(&middle);
-    let found = frames.stiffness().unwrap();
+    let found = frames.yielding().unwrap().stiffness().unwrap();
     let off = (found - slope).abs();
     println!("{found:.5}{slope:.5}{off:.2e}");
     // Turns are of radians: their columns and rows are lengths of the tube larger.
@@ -85,11 +88,11 @@ fn what_the_tube_does_is_what_the_tissue_holds_and_its_work_is_the_energy() {
     let at = |k: i32| pose(0.2 * f64::from(k), 0.05 * f64::from(k), 0.004 * f64::from(k));
     let (mut work, mut most) = (0.0, 0.0_f64);
     for k in (1..=25).chain((0..25).rev()) {
-        let before = frames.stiffness().unwrap();
+        let before = frames.yielding().unwrap().stiffness().unwrap();
         let from = *frames.tube().pose();
         let found = frames.frame(&at(k));
         assert_eq!(found.state, State::Settled, "{k}: {found:?}");
-        let after = frames.stiffness().unwrap();
+        let after = frames.yielding().unwrap().stiffness().unwrap();
         let turn = from.rotation.rotation_to(&at(k).rotation).scaled_axis();
         let way = at(k).translation.vector - from.translation.vector;
         let motion = nalgebra::Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);

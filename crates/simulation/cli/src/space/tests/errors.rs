@@ -308,10 +308,9 @@ fn compare_with_states_that_are_found_again(text: String) {
         let frame = frames.frame(tube.pose());
         assert_eq!(frame.state, State::Settled, "{k}: {frame:?}");
     }
+    let forces: Vec<Vec<f64>> = varied.iter().map(|one| one.forces(frames.state()).unwrap()).collect();
     let yielding = frames.yielding().unwrap();
-    let each = varied
-        .iter()
-        .map(|one| yielding.to(&one.forces(frames.state()).unwrap()).unwrap());
+    let each = forces.iter().map(|forces| yielding.to(forces).unwrap());
     let changes: Vec<Vec<f64>> = each.collect();
     assert_eq!(changes.len(), 3);
     for (k, target) in targets.iter().enumerate() {
@@ -327,7 +326,7 @@ fn compare_with_states_that_are_found_again(text: String) {
             (sum - again).norm(),
             again.norm()
         );
-        // Passes end at 1 % of a change, 2 % of a square; states a twentieth up and down leave its square, some 0.3 %, and points of contact that
+        // States a twentieth up and down leave the square of that, some 0.3 %, and points of contact that
         // come and go the rest.
         assert!((sum - again).norm() < 0.03 * again.norm(), "{sum}{again}");
     }
