@@ -98,7 +98,10 @@ fn stamped(
 ) -> FrameStamp {
     let target = chosen.map(|chosen| shown.target(chosen.centre));
     let (place, whereabouts) = target.map_or(([0.0; 3], TargetShown::None), |(place, shown)| (place.mm(), shown));
+    let (force_n, error) = shown.force_n.unwrap_or((-1.0, None));
     FrameStamp {
+        force_n,
+        force_95_n: error.unwrap_or(-1.0),
         target_mm: chosen.map_or([0.0; 3], |chosen| chosen.centre.mm()),
         target_shown_mm: place,
         target: whereabouts.code(),

@@ -28,8 +28,8 @@ pub struct Tissues<'a> {
     pub late_ns: Option<i64>,
     /// The state's number; 0 without.
     pub seq: u64,
-    /// What the tissue does to the tube, N, of a settled state.
-    pub force_n: Option<f64>,
+    /// What the tissue does to the tube, N, of a settled state, and 95 % of what is uncertain of that; `None`: nobody knows.
+    pub force_n: Option<(f64, Option<f64>)>,
     /// What a settled state tells of the model's errors at places.
     pub errors: Option<&'a TissueHeader>,
     /// Pixels that two places claim: of an image that is drawn, by whoever draws it, whatever the state is called.

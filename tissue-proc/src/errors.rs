@@ -68,7 +68,14 @@ struct Known {
     pose_seq: u64,
     t_capture_ns: i64,
     count: usize,
-    errors: [PlaceError; MOST_ERRORS],
+    errors: ErrorsOf,
+}
+
+/// Covariances of places, and of the force on the tube, N^2, in the CT's axes.
+#[derive(Debug, Clone, Copy)]
+struct ErrorsOf {
+    places: [PlaceError; MOST_ERRORS],
+    force: [f64; 6],
 }
 
 /// Places and numbers, and what was found last.
@@ -133,7 +140,9 @@ impl Errors {
             errors_pose_seq: known.pose_seq,
             errors_t_capture_ns: known.t_capture_ns,
             errors_known: known.count as u64,
-            errors: known.errors,
+            errors: known.errors.places,
+            force_covariance: known.errors.force,
+            force_error_known: 1,
             ..header
         }
     }
@@ -160,7 +169,7 @@ impl Errors {
 
     /// Finds the errors of the state that was just told, where it is settled and its turn: by numbers of states, never by a clock.
     pub(crate) fn find(&mut self, sample: &ToolPose, frame: &Frame, live: &mut Live) {
-        if frame.state != State::Settled || self.places.is_empty() || self.varied.is_empty() {
+        if frame.state != State::Settled || self.varied.is_empty() {
             return;
         }
         let is_due = self.since == 0 || self.known.is_none();
@@ -178,9 +187,9 @@ impl Errors {
         }
     }
 
-    /// The covariances of all places; `None` where the change for one number is not known: a sum without it would be too small.
-    fn of(&self, live: &mut Live) -> Option<[PlaceError; MOST_ERRORS]> {
-        let mut sums = vec![Matrix3::zeros(); self.places.len()];
+    /// The covariances of all places and of the force; `None` where the change for one number is not known: a sum without it would be too small.
+    fn of(&self, live: &mut Live) -> Option<ErrorsOf> {
+        let (mut sums, mut force) = (vec![Matrix3::zeros(); self.places.len()], Matrix3::zeros());
         // An organ at rest is there by no number of the model.
         if !is_at_rest(live) {
             let a = live.frames.state();
@@ -190,20 +199,25 @@ impl Errors {
             let changes: Option<Vec<_>> = forces.iter().map(|forces| yielding.to(forces)).collect();
             for change in changes? {
                 for (sum, place) in sums.iter_mut().zip(&self.places) {
-                    let moved = Vector3::from(live.turned(&place.moved(live, &change)));
+                    let moved = Vector3::from(live.turned(&place.moved(live, &change.unknowns)));
                     *sum += moved * moved.transpose();
                 }
+                let pushed = Vector3::from(live.turned(&change.on_tube.fixed_rows::<3>(0).into_owned()));
+                force += pushed * pushed.transpose();
             }
         }
-        let mut errors = [PlaceError::default(); MOST_ERRORS];
-        for (error, (sum, place)) in errors.iter_mut().zip(sums.iter().zip(&self.places)) {
-            let upper = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+        let upper = |sum: &Matrix3<f64>| [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].map(|at| sum[at]);
+        let mut places = [PlaceError::default(); MOST_ERRORS];
+        for (error, (sum, place)) in places.iter_mut().zip(sums.iter().zip(&self.places)) {
             *error = PlaceError {
                 at_rest_mm: place.at_rest_mm,
-                covariance: upper.map(|at| sum[at]),
+                covariance: upper(sum),
             };
         }
-        Some(errors)
+        Some(ErrorsOf {
+            places,
+            force: upper(&force),
+        })
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod cells;
 mod facts;
+mod organs;
 mod replay;
 mod sight;
 mod state;
@@ -12,6 +13,7 @@ mod steps;
 
 pub use cells::{Cell, cells};
 pub use facts::{Facts, facts};
+pub use organs::{Organs, organs};
 pub use replay::{ReplayModel, at_ns, replay};
 pub use sight::{Aimed, aimed};
 pub use state::{ScreenState, Tone, state};
@@ -139,6 +141,8 @@ pub struct Model {
     pub cells: Vec<Cell>,
     /// The sight, or why there is none.
     pub sight: Result<Aimed, String>,
+    /// What a model of organs says of the tube; `None` where the scene has none.
+    pub organs: Option<Organs>,
     /// What everything rests on.
     pub facts: Facts,
     /// The way to a navigation; `None` where the run has no steps and demands none.
@@ -158,6 +162,7 @@ impl Model {
         Self {
             cells: cells(known, &state),
             sight: aimed(known, &state),
+            organs: organs(known),
             facts: facts(known, &state),
             steps: steps(known),
             replay: replay(known),

@@ -115,7 +115,7 @@ pub const TISSUE_MESH: Topic = Topic {
 /// Where the tube has moved them. Renderers take the newest; the recorder asks for a deep buffer.
 pub const TISSUE: Topic = Topic {
     name: "tissue",
-    payload: "trocar/TissueHeader/2 + [f32]",
+    payload: "trocar/TissueHeader/3 + [f32]",
     buffer: 64,
     deadline: Some(Duration::from_millis(100)),
     wakes: true,
@@ -126,7 +126,7 @@ pub const TISSUE: Topic = Topic {
 /// Of which poses a recording has states, told before each, where a replay has them made again.
 pub const TISSUE_ASKED: Topic = Topic {
     name: "tissue-asked",
-    payload: "trocar/TissueHeader/2",
+    payload: "trocar/TissueHeader/3",
     buffer: 64,
     purpose: "which poses a model answers again, in a replay that recomputes tissue",
     ..BASE
@@ -160,7 +160,7 @@ pub const TIMELINE: Topic = Topic {
 /// The images of one view.
 pub const VIEW_FRAME: Topic = Topic {
     name: "view/*",
-    payload: "trocar/FrameHeader/6 + [u8] RGBA",
+    payload: "trocar/FrameHeader/7 + [u8] RGBA",
     // A viewer holds the set that it shows and two that gather, and is handed one more.
     borrowed: 4,
     deadline: Some(Duration::from_millis(100)),
@@ -172,7 +172,7 @@ pub const VIEW_FRAME: Topic = Topic {
 /// Images that were asked for: on a topic of their own, so that live ones never replace them.
 pub const HELD_FRAME: Topic = Topic {
     name: "held/*",
-    payload: "trocar/FrameHeader/6 + [u8] RGBA",
+    payload: "trocar/FrameHeader/7 + [u8] RGBA",
     purpose: "the image of one view for the pose that was asked for last",
     ..BASE
 };
@@ -180,7 +180,7 @@ pub const HELD_FRAME: Topic = Topic {
 /// Images of a plane that was asked for, whatever the tool does.
 pub const LOOK_FRAME: Topic = Topic {
     name: "look/*",
-    payload: "trocar/FrameHeader/6 + [u8] RGBA",
+    payload: "trocar/FrameHeader/7 + [u8] RGBA",
     wakes: true,
     purpose: "the image of one view for the plane that was asked for last",
     ..BASE
@@ -238,7 +238,7 @@ pub const STEPS: Topic = Topic {
 /// The stamps of all images of one renderer.
 pub const FRAME_STAMP: Topic = Topic {
     name: "stamp/*",
-    payload: "trocar/FrameStamp/5",
+    payload: "trocar/FrameStamp/6",
     buffer: 1024,
     purpose: "what each image of a process showed and when: for latency and state",
     ..BASE

@@ -339,7 +339,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
                     moved: moved.filter(|_| is_moved),
                     late_ns,
                     seq: 1,
-                    force_n: (shown == TissueShown::Settled).then_some(0.523),
+                    force_n: (shown == TissueShown::Settled).then_some((0.523, Some(0.301))),
                 },
                 ..*overlay
             };
@@ -353,7 +353,7 @@ fn what_an_image_shows_of_the_tissue_stands_on_it() {
     let (settled, frame) = live(TissueShown::Settled);
     assert!(
         settled.contains("MODEL|")
-            && settled.contains("0.52\u{a0}N ON THE TUBE")
+            && settled.contains("0.52\u{a0}N \u{b1}0.30 (95\u{a0}%) ON THE TUBE")
             && !settled.contains("REST")
             && frame.is_none()
     );

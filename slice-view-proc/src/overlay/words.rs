@@ -188,8 +188,11 @@ impl Overlay<'_> {
         let force = self
             .tissue
             .force_n
-            .filter(|force| self.shows_model() && force.is_finite());
-        let word = force.map_or(String::new(), |force| format!("{force:.2}\u{a0}N ON THE TUBE"));
+            .filter(|(force, _)| self.shows_model() && force.is_finite());
+        let word = force.map_or(String::new(), |(force, error)| {
+            let error = error.map_or_else(|| "UNKNOWN".to_owned(), |error| format!("{error:.2}"));
+            format!("{force:.2}\u{a0}N \u{b1}{error} (95\u{a0}%) ON THE TUBE")
+        });
         let at = [0.5, 0.3, 0.7].map(|part| {
             let x = part * f64::from(self.view.size[0]);
             ([x, 64.0 * self.word_unit()], Anchor::Centre)

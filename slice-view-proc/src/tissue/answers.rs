@@ -121,10 +121,7 @@ impl Answers {
             moved: kept.state.is_of_pose().then_some(Moved { shapes, places }),
             late_ns: None,
             seq: kept.header.seq,
-            force_n: (kept.state == TissueState::Settled).then(|| {
-                let [x, y, z] = kept.header.force;
-                x.hypot(y).hypot(z)
-            }),
+            force_n: (kept.state == TissueState::Settled).then(|| kept.header.force_95_n()),
             errors: Some(&kept.header),
             ..Tissues::default()
         }

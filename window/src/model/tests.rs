@@ -5,7 +5,7 @@ mod facts;
 use super::sample::{CAPTURED_NS, Sample, VOLUME, pose, workflow};
 use super::*;
 use bus::gather::PoseId;
-use bus::message::{Chosen, FrameState, Guide, Lost, TargetShown, Tracked, VolumeHash};
+use bus::message::{Chosen, FrameState, Guide, Lost, TargetShown, TissueShown, Tracked, VolumeHash};
 use geometry::{Direction, Point, Tool};
 use guidance::sight::Verdict;
 use guidance::workflow::Stage;
@@ -494,4 +494,43 @@ fn the_sight_aims_where_the_image_beside_it_has_the_target_and_says_whose_place_
         header.stamp.target_mm = [1.0; 3];
     }
     assert!(other.model().sight.unwrap_err().contains("this target yet"));
+}
+
+#[test]
+fn the_force_on_the_tube_is_that_of_the_image_shown_and_a_state_that_is_not_settled_has_none() {
+    let said = |shown: TissueShown, force_n: f64, force_95_n: f64| {
+        let mut sample = sample();
+        sample.scene = organs_move();
+        for header in sample.headers.iter_mut().flatten() {
+            header.stamp.tissue = shown.code();
+            (header.stamp.force_n, header.stamp.force_95_n) = (force_n, force_95_n);
+        }
+        let organs = sample.model().organs.unwrap();
+        (organs.word, organs.tone, organs.force)
+    };
+    let quiet = |force: &str| ("MODEL", Tone::Quiet, force.to_owned());
+    assert_eq!(said(TissueShown::Settled, 0.524, 0.301), quiet("0.52 N \u{b1}0.30"));
+    assert_eq!(said(TissueShown::Settled, 0.524, -1.0), quiet("0.52 N \u{b1}UNKNOWN"));
+    for none in [-1.0, f64::NAN, f64::INFINITY] {
+        assert_eq!(said(TissueShown::Settled, none, 0.3), quiet(""));
+    }
+    for (shown, word) in [
+        (TissueShown::Approximate, "MODEL NOT SETTLED"),
+        (TissueShown::Late, "TISSUE LATE"),
+        (TissueShown::Refused, "TISSUE REFUSED"),
+        (TissueShown::Rigid, "ORGANS AT REST"),
+        (TissueShown::None, "ORGANS NOT KNOWN"),
+    ] {
+        assert_eq!(said(shown, 0.524, 0.301), (word, Tone::Warning, String::new()));
+    }
+    assert_eq!(sample().model().organs, None);
+    // The image of a pose that has grown old says nothing of the force now.
+    let mut old = sample();
+    old.scene = organs_move();
+    for header in old.headers.iter_mut().flatten() {
+        header.stamp.tissue = TissueShown::Settled.code();
+        (header.stamp.force_n, header.stamp.force_95_n) = (0.5, 0.3);
+        header.stamp.t_capture_ns -= 60_000_000_000;
+    }
+    assert_eq!(old.model().organs.unwrap().force, "");
 }

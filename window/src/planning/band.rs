@@ -48,6 +48,7 @@ pub(crate) fn model(scene: &Scene, now_ns: i64, volume: Option<VolumeHash>, hear
         replay: None,
         steps: None,
         cells: Vec::new(),
+        organs: None,
         sight: Err(String::new()),
         facts: Facts {
             registration: String::new(),

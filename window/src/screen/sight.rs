@@ -71,6 +71,14 @@ fn drawing(sight: &Sight) -> String {
 fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     ui.painter().rect_filled(rect, 0.0, colours::CELL);
     let rooms = rooms(rect, sizes);
+    draw_aimed(ui, model, &rooms, sizes, words);
+    // On top: rings go through the corner where the sight is small.
+    if let Some(organs) = &model.organs {
+        readout::organs(ui, organs, rooms.sight, sizes, words);
+    }
+}
+
+fn draw_aimed(ui: &Ui, model: &Model, rooms: &Rooms, sizes: &Sizes, words: &mut Words) {
     let line = thin(rooms.sight, sizes);
     let plain = |colour, align| Type {
         size: sizes.plain,
@@ -106,10 +114,10 @@ fn draw(ui: &Ui, model: &Model, rect: Rect, sizes: &Sizes, words: &mut Words) {
     };
     words.put(ui, rooms.title, &title.join("  "), plain(ink, Align2::LEFT_CENTER));
     readout::verdict(ui, aimed.sight.verdict, rooms.verdict, sizes, words);
-    rings(ui, &rooms, sizes, words);
+    rings(ui, rooms, sizes, words);
     aim(ui, aimed, rooms.sight, line);
-    readout::depth(ui, aimed, &rooms, words, sizes);
-    readout::numbers(ui, aimed, &rooms, sizes, words);
+    readout::depth(ui, aimed, rooms, words, sizes);
+    readout::numbers(ui, aimed, rooms, sizes, words);
 }
 
 fn rooms(cell: Rect, sizes: &Sizes) -> Rooms {

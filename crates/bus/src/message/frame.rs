@@ -17,7 +17,7 @@ use scene::{Limits, WindowLevel};
 /// Stage times are ns on the run's clock.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameStamp/5")]
+#[type_name("trocar/FrameStamp/6")]
 pub struct FrameStamp {
     /// Sequence number of the pose shown.
     pub seq: u64,
@@ -54,6 +54,10 @@ pub struct FrameStamp {
     pub target_mm: [f64; 3],
     /// See `target_mm`.
     pub target_shown_mm: [f64; 3],
+    /// What a settled state's tissue does to the tube, N, and 95 % of what is uncertain of that; each below 0 where it is not known.
+    pub force_n: f64,
+    /// See `force_n`.
+    pub force_95_n: f64,
     /// Code of a [`super::TissueShown`]: what of the tissue the image shows.
     pub tissue: u32,
     /// Code of a [`TargetShown`]: where the image has the chosen target.
@@ -62,7 +66,7 @@ pub struct FrameStamp {
     pub tissue_why: [u64; 20],
 }
 
-const _: () = assert!(WHY_WORDS == 20 && size_of::<FrameStamp>() == 344 && align_of::<FrameStamp>() == 8);
+const _: () = assert!(WHY_WORDS == 20 && size_of::<FrameStamp>() == 360 && align_of::<FrameStamp>() == 8);
 
 /// What an image claims about the present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,11 +199,25 @@ impl FrameStamp {
             texts.push(("tissue_seq", self.tissue_seq.to_string()));
             texts.push(("tissue_mesh", format!("{:016x}", self.tissue_mesh)));
         }
+        if let Some((force, error)) = self.force() {
+            texts.push(("tissue_force_n", format!("{force:.3}")));
+            let error = error.map_or_else(|| "unknown".to_owned(), |error| format!("{error:.3}"));
+            texts.push(("tissue_force_95_n", error));
+        }
         if TargetShown::from_code(self.target).is_some_and(TargetShown::is_moved) {
             let [x, y, z] = self.target_shown_mm;
             texts.push(("target_moved_to_mm", format!("{x:.3} {y:.3} {z:.3}")));
         }
         texts
+    }
+
+    /// What the tissue of the image does to the tube, N, and 95 % of what uncertain numbers of the model leave of that, where it is known; `None` of an
+    /// image that shows no settled state.
+    pub fn force(&self) -> Option<(f64, Option<f64>)> {
+        let is_known = |n: f64| n >= 0.0 && n.is_finite();
+        let is_settled = TissueShown::from_code(self.tissue) == Some(TissueShown::Settled);
+        let force = is_settled.then_some(self.force_n).filter(|n| is_known(*n))?;
+        Some((force, Some(self.force_95_n).filter(|n| is_known(*n))))
     }
 
     /// The same with so much of the words why a model refused the pose as there is room for.
@@ -305,7 +323,7 @@ impl ImagePlane {
 /// Travels in front of the pixels: RGBA, 8 bits, row by row from the top.
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("trocar/FrameHeader/6")]
+#[type_name("trocar/FrameHeader/7")]
 pub struct FrameHeader {
     /// What is shown.
     pub stamp: FrameStamp,
@@ -317,7 +335,7 @@ pub struct FrameHeader {
     pub height: u32,
 }
 
-const _: () = assert!(size_of::<FrameHeader>() == 448);
+const _: () = assert!(size_of::<FrameHeader>() == 464);
 
 impl FrameHeader {
     /// Where in the patient the pixels lie, bit for bit as the renderer placed them; `None` where no pose ever did, and nothing may be

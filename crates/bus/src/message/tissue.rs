@@ -8,7 +8,7 @@ use iceoryx2::prelude::ZeroCopySend;
 /// On the wire: numbers only. Read it through [`TissueHeader::state_of`].
 #[derive(Debug, Default, Clone, Copy, PartialEq, ZeroCopySend, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
-#[type_name("trocar/TissueHeader/2")]
+#[type_name("trocar/TissueHeader/3")]
 pub struct TissueHeader {
     /// Counts the states of a run from 1.
     pub seq: u64,
@@ -52,11 +52,15 @@ pub struct TissueHeader {
     pub errors_known: u64,
     /// What uncertain numbers of the model do to the places of targets; whatever is not among them is not known.
     pub errors: [PlaceError; MOST_ERRORS],
+    /// Covariance of [`Self::force`] by these numbers, N^2 in the CT's axes: xx, xy, xz, yy, yz, zz. See [`Self::force_95_n`].
+    pub force_covariance: [f64; 6],
+    /// 1 where [`Self::force_covariance`] is known.
+    pub force_error_known: u64,
     /// Why there is no state, as UTF-8 with zeros behind it: see [`Self::why`].
     pub why: [u64; WHY_WORDS],
 }
 
-const _: () = assert!(size_of::<TissueHeader>() == 1520 && align_of::<TissueHeader>() == 8);
+const _: () = assert!(size_of::<TissueHeader>() == 1576 && align_of::<TissueHeader>() == 8);
 
 /// Words of 8 bytes that say why a pose was refused.
 pub(super) const WHY_WORDS: usize = 20;
@@ -97,20 +101,27 @@ pub struct PlaceError {
 impl PlaceError {
     /// The covariance as a matrix; `None` of what is none: a number that is none, or a variance below zero.
     pub fn matrix(&self) -> Option<[[f64; 3]; 3]> {
-        let [xx, xy, xz, yy, yz, zz] = self.covariance;
-        // Off the diagonal no number is larger than the variances allow, but for rounding.
-        let fits = |c: f64, a: f64, b: f64| c * c <= a * b * (1.0 + 1e-9) + f64::MIN_POSITIVE;
-        let is_one = self.covariance.iter().all(|c| c.is_finite())
-            && [xx, yy, zz].iter().all(|v| (0.0..=MOST_VARIANCE_MM2).contains(v))
-            && fits(xy, xx, yy)
-            && fits(xz, xx, zz)
-            && fits(yz, yy, zz);
-        is_one.then_some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        covariance(&self.covariance)
     }
 }
 
-/// A model that is off by more than a metre is none, mm^2.
-const MOST_VARIANCE_MM2: f64 = 1e6;
+/// A model that is off by more than a metre, or a kilonewton, is none: mm^2, N^2.
+const MOST_VARIANCE: f64 = 1e6;
+/// So many deviations of a normal deviate to both sides hold 95 %.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// A covariance as a matrix; `None` of what is none: a number that is none, or a variance below zero.
+fn covariance(values: &[f64; 6]) -> Option<[[f64; 3]; 3]> {
+    let [xx, xy, xz, yy, yz, zz] = *values;
+    // Off the diagonal no number is larger than the variances allow, but for rounding.
+    let fits = |c: f64, a: f64, b: f64| c * c <= a * b * (1.0 + 1e-9) + f64::MIN_POSITIVE;
+    let is_one = values.iter().all(|c| c.is_finite())
+        && [xx, yy, zz].iter().all(|v| (0.0..=MOST_VARIANCE).contains(v))
+        && fits(xy, xx, yy)
+        && fits(xz, xx, zz)
+        && fits(yz, yy, zz);
+    is_one.then_some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+}
 
 /// How far a state came. Only of [`TissueState::Settled`] and [`TissueState::Approximate`] the tube is where the pose says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -431,6 +442,25 @@ impl TissueHeader {
         Some((error.matrix()?, age_ns))
     }
 
+    /// How much the tissue presses on the tube, N, and what uncertain numbers of the model leave of that, to first order: 95 % of a normal deviate, of the
+    /// size alone where there is a force, of the worst direction where there is none. The second is `None` where it is not known, or what is told is no
+    /// covariance, or of a pose to come.
+    pub fn force_95_n(&self) -> (f64, Option<f64>) {
+        let force = self.force;
+        let size = force[0].hypot(force[1]).hypot(force[2]);
+        let is_known = self.force_error_known == 1 && self.errors_t_capture_ns <= self.t_capture_ns;
+        let matrix = is_known.then(|| covariance(&self.force_covariance)).flatten();
+        let variance = matrix.map(|matrix| match size > 0.0 {
+            true => {
+                let along = matrix.map(|row| (0..3).map(|k| row[k] * force[k] / size).sum::<f64>());
+                (0..3).map(|k| along[k] * force[k] / size).sum::<f64>().max(0.0)
+            }
+            // No direction is the force's own: no eigenvalue is larger than the trace.
+            false => matrix[0][0] + matrix[1][1] + matrix[2][2],
+        });
+        (size, variance.map(|variance| NORMAL_95 * variance.sqrt()))
+    }
+
     /// The places of the nodes of a mesh of this id with so many nodes: the door from the bus to a picture.
     ///
     /// # Errors
@@ -604,6 +634,48 @@ mod tests {
             header.errors[0].covariance = bad;
             assert_eq!(header.error_of([1.0, 2.0, 3.0]), None, "{bad:?}");
         }
+    }
+
+    #[test]
+    fn the_force_has_an_error_along_it_or_none_that_is_known() {
+        let mut header = TissueHeader {
+            force: [0.0, 3.0, 4.0],
+            t_capture_ns: 5,
+            errors_t_capture_ns: 5,
+            force_error_known: 1,
+            // Twice as uncertain along the force as is (0, 3, 4) / 5 itself, and far more across it.
+            force_covariance: [100.0, 0.0, 0.0, 1.44, 1.92, 2.56],
+            ..TissueHeader::default()
+        };
+        let (size, error) = header.force_95_n();
+        assert!(
+            size == 5.0 && (error.unwrap() - 2.0 * NORMAL_95).abs() < 1e-12,
+            "{error:?}"
+        );
+        // Across what presses nothing, no direction is the force's.
+        let none = TissueHeader {
+            force: [0.0; 3],
+            ..header
+        };
+        assert!((none.force_95_n().1.unwrap() - 104.0_f64.sqrt() * NORMAL_95).abs() < 1e-12);
+        for other in [
+            TissueHeader {
+                force_error_known: 0,
+                ..header
+            },
+            TissueHeader {
+                force_error_known: 2,
+                ..header
+            },
+            TissueHeader {
+                errors_t_capture_ns: 6,
+                ..header
+            },
+        ] {
+            assert_eq!(other.force_95_n(), (5.0, None));
+        }
+        header.force_covariance[3] = -1.44;
+        assert_eq!(header.force_95_n(), (5.0, None));
     }
 
     #[test]

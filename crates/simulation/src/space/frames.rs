@@ -29,7 +29,7 @@ mod touch;
 mod walk;
 mod watch;
 
-pub use present::Yielding;
+pub use present::{Change, Yielding};
 pub use report::{Frame, Refused, State};
 pub use settings::{NoFrames, Settings};
 

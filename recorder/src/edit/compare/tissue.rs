@@ -125,6 +125,7 @@ fn is_same(one: &TissueFrame, other: &TissueFrame) -> bool {
             .iter()
             .chain(&h.force)
             .chain(&h.moment)
+            .chain(&h.force_covariance)
             .chain(
                 h.errors
                     .iter()
@@ -139,6 +140,7 @@ fn is_same(one: &TissueFrame, other: &TissueFrame) -> bool {
             h.state,
             h.steps,
             h.errors_known,
+            h.force_error_known,
             h.errors_t_capture_ns,
             all,
         )

@@ -77,6 +77,9 @@ pub struct TissueState {
     /// See [`TissueHeader::why`].
     #[prost(string, tag = "17")]
     pub why: String,
+    /// See [`TissueHeader::force_covariance`]: 6 values, or none where it is not known.
+    #[prost(double, repeated, tag = "18")]
+    pub force_covariance: Vec<f64>,
 }
 
 /// Values of a place with its covariance.
@@ -139,6 +142,10 @@ impl From<&TissueFrame> for TissueState {
                 .flat_map(|error| error.at_rest_mm.into_iter().chain(error.covariance))
                 .collect(),
             why: header.why().to_owned(),
+            force_covariance: match header.force_error_known {
+                1 => header.force_covariance.to_vec(),
+                _ => Vec::new(),
+            },
         }
     }
 }
@@ -184,6 +191,10 @@ impl TryFrom<TissueState> for TissueFrame {
             });
         }
         let (errors, errors_known) = errors(seq, &state.errors)?;
+        let (force_covariance, force_error_known) = match state.force_covariance.is_empty() {
+            true => ([0.0; 6], 0),
+            false => (values(seq, "force_covariance", &state.force_covariance)?, 1),
+        };
         let header = TissueHeader {
             seq,
             pose_seq: state.pose_seq,
@@ -206,6 +217,8 @@ impl TryFrom<TissueState> for TissueFrame {
             errors_t_capture_ns: state.errors_t_capture_ns,
             errors_known,
             errors,
+            force_covariance,
+            force_error_known,
             ..TissueHeader::default()
         };
         Ok(Self {

@@ -6,9 +6,9 @@ use picture::palette;
 
 use super::Rooms;
 use crate::colours;
-use crate::model::{Aimed, Tone};
+use crate::model::{Aimed, Organs, Tone};
 use crate::screen::words::{Type, Words, colour, on_band};
-use crate::sizes::Sizes;
+use crate::sizes::{ADVANCE, Sizes};
 
 /// What the depth bar shows, mm to go.
 const DEPTH_MM: [f64; 2] = [-10.0, 50.0];
@@ -94,6 +94,29 @@ pub(super) fn numbers(ui: &Ui, aimed: &Aimed, rooms: &Rooms, sizes: &Sizes, word
     words.put(ui, rooms.left_caption, &to_go, small);
     words.put(ui, rooms.right, &millimetres(sight.miss_length_mm), large);
     words.put(ui, rooms.right_caption, &off, small);
+}
+
+/// What a model of organs says of the tube, in the lower left corner of the sight: its state, and the force with what is uncertain of it.
+pub(super) fn organs(ui: &Ui, organs: &Organs, sight: Rect, sizes: &Sizes, words: &mut Words) {
+    let on_tube = match organs.force.is_empty() {
+        true => String::new(),
+        false => format!("tube {}", organs.force),
+    };
+    let height = 1.1 * sizes.plain;
+    let lines = [(organs.word, organs.tone), (on_tube.as_str(), Tone::Quiet)];
+    for (k, (text, tone)) in lines.into_iter().enumerate() {
+        let letters = text.chars().count() as f32;
+        let size = vec2((letters * ADVANCE * sizes.plain + 4.0).min(sight.width()), height);
+        let room = Rect::from_min_size(pos2(sight.left(), sight.bottom() - (2 - k) as f32 * height), size);
+        ui.painter().rect_filled(room, 0.0, colours::CELL);
+        let how = Type {
+            size: sizes.plain,
+            colour: colour(tone),
+            ground: colours::CELL,
+            align: Align2::LEFT_CENTER,
+        };
+        words.put(ui, room, text, how);
+    }
 }
 
 /// The verdict in words and by its shape.

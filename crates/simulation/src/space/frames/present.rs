@@ -11,7 +11,7 @@
 //! `K` alone need not be positive definite: tissue that is pressed is often held by the tube alone. By Haynsworth's law of inertia the state is a minimum, with points that press
 //! held, where the matrix of `q` has as many negative eigenvalues as `K` and springs below zero together.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricTridiagonal, Vector3};
+use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricTridiagonal, Vector3, Vector6};
 
 use super::Frames;
 use super::near::{Active, Near};
@@ -66,6 +66,15 @@ pub struct Yielding<'a> {
     rows: Vec<Row>,
     /// `None` where nothing presses.
     solved: Option<LU<f64, Dyn, Dyn>>,
+}
+
+/// What small forces do, to first order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Of all unknowns, mm.
+    pub unknowns: Vec<f64>,
+    /// Of the force on the tube, N, and of its moment about the tube's own origin, N mm, in the axes of the model.
+    pub on_tube: Vector6<f64>,
 }
 
 /// What small forces and ways come to.
@@ -233,11 +242,15 @@ impl Yielding<'_> {
         })
     }
 
-    /// The change of all unknowns, mm, under small forces on them, N, to first order: those on unknowns that are held do nothing. `None` where rounding has
-    /// eaten it: then it is not known, and not small.
-    pub fn to(&self, forces: &[f64]) -> Option<Vec<f64>> {
+    /// What small forces on all unknowns do, N, to first order, with the tube where it is: those on unknowns that are held do nothing. `None` where
+    /// rounding has eaten it: then it is not known, and not small.
+    pub fn to(&self, forces: &[f64]) -> Option<Change> {
         let kept = vec![0.0; self.pressing.len()];
-        Some(self.response(forces, &kept)?.change)
+        let found = self.response(forces, &kept)?;
+        Some(Change {
+            on_tube: self.on_tube(&found),
+            unknowns: found.change,
+        })
     }
 
     /// The ways of the points that press.

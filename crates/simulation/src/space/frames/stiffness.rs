@@ -48,6 +48,11 @@ impl Yielding<'_> {
         Some(stiffness)
     }
 
+    /// The change of force and moment on a tube that stays where it is.
+    pub(super) fn on_tube(&self, found: &Response) -> Vector6<f64> {
+        change(&self.pressing, &(Vector3::zeros(), Vector3::zeros()), found)
+    }
+
     /// What a motion of the tube does: points that press keep no distance.
     fn under(&self, motion: &Motion) -> Option<Response> {
         let touches = &self.frames.contact.touches;

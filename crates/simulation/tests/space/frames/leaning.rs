@@ -94,7 +94,7 @@ fn a_column_that_would_buckle_is_no_minimum_and_one_below_eulers_load_gives_way_
         assert!(straight.abs() < 1e-6, "{part}: it stands, {straight} mm aside");
         let forces = unit(&top, frames.state().len());
         let found = frames.yielding().map(|y| y.to(&forces).unwrap());
-        found.map(|change| aside(&top, &change))
+        found.map(|change| aside(&top, &change.unknowns))
     };
     let alone = soft(0.0).unwrap();
     // A beam's top goes aside by P L^3 / 3 E I; a load P on it makes that 1 / (1 - P / Euler's) as much (by the first mode alone, 1 % off).
@@ -117,7 +117,7 @@ fn a_column_that_only_the_tube_holds_up_is_a_minimum_and_gives_way_as_states_do_
     let small = 1e-6;
     let [up, less] = [small, -small].map(|by| settled(column(down, lean + by), gap));
     let again = (aside(&top, up.state()) - aside(&top, less.state())) / (2.0 * small);
-    let change = aside(&top, &found);
+    let change = aside(&top, &found.unknowns);
     println!("top by {change} mm/N, {again} solved again");
     assert!(again > 1.0 && (change - again).abs() < 1e-4 * again, "{change} {again}");
 }

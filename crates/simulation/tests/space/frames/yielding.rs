@@ -1,6 +1,6 @@
 //! How a settled state gives way to a parameter of the model, against states that are solved again with it moved.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 use simulation::control::Potential;
 use simulation::law::Law;
 use simulation::space::frames::{Frames, Settings, State};
@@ -99,6 +99,7 @@ fn compared(depth: f64, refresh: f64) -> Vec<[f64; 2]> {
         let (f, g) = (forces(&up, &state), forces(&down, &state));
         let slope: Vec<f64> = f.iter().zip(&g).map(|(f, g)| (f - g) / (2.0 * small)).collect();
         let found = base.yielding().unwrap().to(&slope).unwrap();
+        let (pushed_by, found) = (found.on_tube, found.unknowns);
         let [up, down] = [up, down].map(|system| pushed(system, depth, refresh));
         let (mut off, mut most) = (0.0_f64, 0.0_f64);
         for at in places {
@@ -106,6 +107,14 @@ fn compared(depth: f64, refresh: f64) -> Vec<[f64; 2]> {
             off = off.max((place(&base, &found, at) - again).norm());
             most = most.max(again.norm());
         }
+        let [up, down] = [&up, &down].map(|frames| {
+            let on_tube = frames.force();
+            Vector6::from_iterator(on_tube.force.iter().chain(&on_tube.moment).copied())
+        });
+        let again = (up - down) / (2.0 * small);
+        let off_force = (pushed_by - again).norm();
+        println!("force and moment: off {off_force:.1e} of {:.3e}", again.norm());
+        assert!(off_force <= EXACT * again.norm(), "{pushed_by}{again}");
         [off, most]
     });
     each.collect()

@@ -31,6 +31,8 @@ fn frame() -> TissueFrame {
                 },
                 _ => PlaceError::default(),
             }),
+            force_covariance: [f64::MIN_POSITIVE, -0.0, f64::MAX, 0.1, 0.2, 0.3],
+            force_error_known: 1,
             ..TissueHeader::default()
         }
         .because("a point is 3.2 mm deep"),
@@ -69,10 +71,11 @@ fn states_and_meshes_come_back_bit_for_bit() {
 fn a_state_without_errors_has_none_that_are_known() {
     let mut state = TissueState::from(&frame());
     (state.errors, state.errors_pose_seq, state.errors_t_capture_ns) = (Vec::new(), 0, 0);
-    state.why = String::new();
+    (state.why, state.force_covariance) = (String::new(), Vec::new());
     let back = decode_tissue(&state.encode_to_vec()).unwrap();
     assert_eq!((back.header.errors_known, back.header.why()), (0, ""));
     assert_eq!(back.header.error_of([0.0; 3]), None);
+    assert_eq!((back.header.force_error_known, back.header.force_95_n().1), (0, None));
 }
 
 #[test]
@@ -94,6 +97,10 @@ fn what_is_no_state_is_refused_with_its_field() {
     refused(
         |state| state.errors = vec![0.0; 9 * 17],
         "errors has 153 values instead of 144",
+    );
+    refused(
+        |state| state.force_covariance.truncate(5),
+        "force_covariance has 5 values instead of 6",
     );
     refused(|state| state.nodes.truncate(23), "nodes has 23 values instead of 24");
     assert!(

@@ -310,7 +310,7 @@ fn compare_with_states_that_are_found_again(text: String) {
     }
     let forces: Vec<Vec<f64>> = varied.iter().map(|one| one.forces(frames.state()).unwrap()).collect();
     let yielding = frames.yielding().unwrap();
-    let each = forces.iter().map(|forces| yielding.to(forces).unwrap());
+    let each = forces.iter().map(|forces| yielding.to(forces).unwrap().unknowns);
     let changes: Vec<Vec<f64>> = each.collect();
     assert_eq!(changes.len(), 3);
     for (k, target) in targets.iter().enumerate() {
