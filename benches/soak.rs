@@ -5,7 +5,11 @@
 //! in its turn. With `tissue` the scene is config/tissue.toml, whose tube strokes organs all the time. Ends with 1 where something grows: by
 //! more than three errors of its slope, and by more than it may in a day; or where an image did not say what it shows of the organ.
 
-#![allow(clippy::print_stdout, reason = "the table is what this program is for")]
+#![allow(
+    clippy::print_stdout,
+    clippy::print_stderr,
+    reason = "the table is what this program is for"
+)]
 #![allow(clippy::unwrap_used, reason = "a step that fails here is a benchmark that fails")]
 #![allow(clippy::disallowed_methods, reason = "durations for people, which never reach a bus")]
 
@@ -171,13 +175,48 @@ fn scene(moves_organs: bool) -> String {
     })
 }
 
+/// What the command line asks for.
+struct Wanted {
+    minutes: f64,
+    /// Seconds from one death to the next.
+    kills: Option<f64>,
+    moves_organs: bool,
+}
+
+impl Wanted {
+    /// `None` of words that are none: a run of hours is not begun on a guess.
+    fn of(words: &[String]) -> Option<Self> {
+        let number = |word: &str| word.parse().ok().filter(|n: &f64| *n > 0.0 && n.is_finite());
+        let mut wanted = Self {
+            minutes: 120.0,
+            kills: None,
+            moves_organs: false,
+        };
+        let mut words = words.iter();
+        while let Some(word) = words.next() {
+            match word.as_str() {
+                "kill" => wanted.kills = Some(number(words.next()?)?),
+                "tissue" => wanted.moves_organs = true,
+                minutes => wanted.minutes = number(minutes)?,
+            }
+        }
+        Some(wanted)
+    }
+}
+
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
-    let minutes: f64 = words.first().and_then(|n| n.parse().ok()).unwrap_or(120.0);
-    let kills = words.iter().position(|w| w == "kill").and_then(|i| words.get(i + 1));
-    let kills: Option<f64> = kills.map(|seconds| seconds.parse().unwrap());
+    let Some(wanted) = Wanted::of(&words) else {
+        eprintln!("soak: found {words:?}; [MINUTES] [kill SECONDS] [tissue] is allowed");
+        return ExitCode::from(2);
+    };
+    let Wanted {
+        minutes,
+        kills,
+        moves_organs,
+    } = wanted;
     let world = World::new();
-    let demo = scene(words.iter().any(|word| word == "tissue"));
+    let demo = scene(moves_organs);
     let scene = match kills {
         // As many deaths as this are a loop, and held, by the usual limits.
         Some(_) => demo.replace("[limits]", "[limits]\nrestarts = 100\nrestart_window_s = 1.0"),

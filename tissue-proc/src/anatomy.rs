@@ -10,7 +10,8 @@ use nalgebra::Vector3;
 use organs::{Body, Labels, Meeting, Meetings, Model, NoLabels, Obstacle, Parsed, Plan, RawSpaceScene, Varied, sha};
 use scene::{Scene, SceneError, TissueSpec, VolumeSpec};
 use simulation::space::cells::Lattice;
-use simulation::space::frames::{Frames, NoFrames, Settings};
+use simulation::space::frames::{Frames, NoFrames, Settings, Together};
+use simulation::space::system::System;
 use simulation::space::tube::TubeError;
 
 use crate::errors::Errors;
@@ -149,7 +150,8 @@ pub(crate) fn make(
     let varied = Varied::all(&model, &plan, &labels).map_err(|why| source.error_at(why))?;
     let bodies = model.bodies.clone();
     let names = bodies.iter().map(|body| body.name.clone()).collect();
-    let live = Live::new(frames(model, scene, spec)?, ct_from_model, (meetings, names));
+    let systems = model.apart(&plan, &labels).map_err(|why| source.error_at(why))?;
+    let live = Live::new(frames(model, systems, (scene, spec))?, ct_from_model, (meetings, names));
     let targets = scene.targets.iter().map(|target| target.centre);
     Ok(Anatomy {
         errors: Errors::new(targets, (&bodies, &mesh, &live), varied, spec.error_every),
@@ -339,10 +341,15 @@ pub(crate) fn placed(labels: &Labels) -> Result<Rigid<Ct, ModelFrame>, DoorError
 }
 
 /// The organs with the run's tube at the entry of its way.
-pub(crate) fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<Frames, NoAnatomy> {
+///
+/// # Errors
+/// [`NoAnatomy`].
+pub(crate) fn frames(
+    model: Model,
+    systems: Vec<System>,
+    (scene, spec): (&Scene, &TissueSpec),
+) -> Result<Together, NoAnatomy> {
     let way = model.way;
-    let lasts: Vec<f64> = model.bodies.iter().map(|body| way.last(&body.field)).collect();
-    let pressed: Vec<usize> = (0..lasts.len()).collect();
     let begin = pose_at(&way.entry, &way.direction, way.radius);
     let tube = tube(scene.tool.diameter_mm, scene.tool.length_mm, begin)?;
     let settings = Settings {
@@ -354,11 +361,21 @@ pub(crate) fn frames(model: Model, scene: &Scene, spec: &TissueSpec) -> Result<F
         delay: spec.delay,
         ..Settings::default()
     };
-    // Where points of the surface were laid for it.
-    let wanted = |organ: usize, at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], lasts[organ]).is_some();
-    let a = model.system.initial();
-    Frames::of_bodies(model.system, a, &pressed, tube, settings, wanted).map_err(|source| NoAnatomy::Frames {
+    let each = model.bodies.iter().zip(systems).map(|(body, system)| {
+        // Where points of the surface were laid for it.
+        let last = way.last(&body.field);
+        let wanted = |at: &Vector3<f64>, _: &Vector3<f64>| way.spacing([at, at], last).is_some();
+        let a = system.initial();
+        Frames::new(system, a, 0, tube.clone(), settings, wanted)
+    });
+    let refused = |source| NoAnatomy::Frames {
         path: spec.organs.clone(),
         source,
-    })
+    };
+    let each = each.collect::<Result<Vec<_>, _>>().map_err(refused)?;
+    let bodies = model.system.bodies.len();
+    Together::new(model.system, each).ok_or(refused(NoFrames::NoBody {
+        body: bodies,
+        solids: bodies,
+    }))
 }

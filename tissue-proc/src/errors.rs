@@ -27,7 +27,7 @@ struct Place {
 impl Place {
     /// By these displacements of all organs' nodes, or small changes of them.
     fn moved(&self, live: &Live, all: &[f64]) -> Vector3<f64> {
-        organs::body::displacement(&self.row, live.frames.system().bodies.part(self.organ, all))
+        organs::body::displacement(&self.row, live.frames.bodies().part(self.organ, all))
     }
 }
 
@@ -195,9 +195,7 @@ impl Errors {
             let a = live.frames.state();
             let forces: Option<Vec<_>> = self.varied.iter().map(|one| one.forces(a)).collect();
             let forces = forces?;
-            let yielding = live.frames.yielding()?;
-            let changes: Option<Vec<_>> = forces.iter().map(|forces| yielding.to(forces)).collect();
-            for change in changes? {
+            for change in live.frames.changes(&forces)? {
                 for (sum, place) in sums.iter_mut().zip(&self.places) {
                     let moved = Vector3::from(live.turned(&place.moved(live, &change.unknowns)));
                     *sum += moved * moved.transpose();

@@ -3,7 +3,7 @@
 use geometry::{Ct, Model, Point, Rigid, Tool};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use organs::{Meeting, Meetings};
-use simulation::space::frames::{Frame, Frames, Refused, State};
+use simulation::space::frames::{Frame, Refused, State, Together};
 use simulation::space::tube::{Tube, TubeError};
 
 /// A tube that was elsewhere is walked to its pose through tissue over no longer a way, mm: how it came there nobody saw.
@@ -86,7 +86,7 @@ impl Answer {
 /// Organs and the tube.
 #[derive(Debug)]
 pub(crate) struct Live {
-    pub(crate) frames: Frames,
+    pub(crate) frames: Together,
     /// What tells whether organs lie in one another, and their names.
     meetings: (Meetings, Vec<String>),
     ct_from_model: Rigid<Ct, Model>,
@@ -117,7 +117,7 @@ pub(crate) fn pose_at(tip: &Vector3<f64>, direction: &Vector3<f64>, radius: f64)
 }
 
 impl Live {
-    pub(crate) fn new(frames: Frames, ct_from_model: Rigid<Ct, Model>, meetings: (Meetings, Vec<String>)) -> Self {
+    pub(crate) fn new(frames: Together, ct_from_model: Rigid<Ct, Model>, meetings: (Meetings, Vec<String>)) -> Self {
         let radius = frames.tube().least_radius();
         Self {
             frames,

@@ -91,7 +91,7 @@ fn organ((body, lattice): (&Body, &Lattice)) -> MeshOrgan {
 
 /// Where all nodes of a state are, organ by organ as in the mesh's message, behind what `into` has.
 pub(crate) fn places(lattices: &[Lattice], live: &Live, into: &mut Vec<f32>) {
-    let (bodies, a) = (&live.frames.system().bodies, live.frames.state());
+    let (bodies, a) = (live.frames.bodies(), live.frames.state());
     for (organ, lattice) in lattices.iter().enumerate() {
         lattice.displaced(bodies.part(organ, a), into);
     }

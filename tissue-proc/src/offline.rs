@@ -87,10 +87,16 @@ impl Anatomist {
     fn made(&self, plan: &Plan, varied: Vec<Varied>) -> Result<Organs, Cause> {
         let changed = self.model.changed(plan, &self.labels);
         let model = changed.map_err(|why| self.source.error_at(why))?;
+        let systems = model.apart(plan, &self.labels);
+        let systems = systems.map_err(|why| self.source.error_at(why))?;
         let bodies = &self.model.bodies;
         let names = bodies.iter().map(|body| body.name.clone()).collect();
         let apart = (apart(bodies, &self.spec)?, names);
-        let live = Live::new(frames(model, &self.scene, &self.spec)?, self.mesh.ct_from_model, apart);
+        let live = Live::new(
+            frames(model, systems, (&self.scene, &self.spec))?,
+            self.mesh.ct_from_model,
+            apart,
+        );
         let targets = self.scene.targets.iter().map(|target| target.centre);
         Ok(Organs {
             errors: Errors::new(targets, (bodies, &self.mesh, &live), varied, self.spec.error_every),

@@ -64,6 +64,11 @@ fn main() -> ExitCode {
         Some("test") => test::test(&rest),
         Some("check") => test::check(&rest),
         Some("bench") => bench::bench(&rest),
+        // They build for minutes and run for hours: whoever asks what they do has no use for either.
+        Some("faults" | "overload" | "scenes" | "soak") if rest.iter().any(|word| word == "--help" || word == "-h") => {
+            say(HELP);
+            Ok(())
+        }
         // Built in release, as a person's run is; the table goes to stdout.
         Some(name @ ("faults" | "overload" | "scenes" | "soak")) => {
             shell::run(shell::cargo(&["bench", "--package", "trocar", "--bench", name, "--"]).args(&rest))

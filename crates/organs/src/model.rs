@@ -138,6 +138,23 @@ impl Model {
         Ok(model)
     }
 
+    /// Each organ with what holds it and what it slides along alone, without the tube: organs know nothing of one another.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn apart(&self, plan: &Plan, labels: &Labels) -> Checked<Vec<System>> {
+        let alone = |k: usize| {
+            let of = |organ: usize| organ == k;
+            let obstacles = self.obstacles.iter().zip(&plan.contacts);
+            let obstacles = obstacles.filter(|(_, contact)| of(contact.organ));
+            let obstacles = obstacles.map(|(obstacle, _)| obstacle.clone()).collect();
+            let bodies = vec![self.bodies[k].clone()];
+            let made = Self::assembled(&plan.alone(k), labels, (self.way, Some(self.free)), bodies, obstacles)?;
+            Ok(made.system)
+        };
+        (0..self.bodies.len()).map(alone).collect()
+    }
+
     /// The same organs in cubes half as large with what holds them there, without the tube.
     ///
     /// # Errors

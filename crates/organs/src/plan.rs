@@ -219,6 +219,28 @@ impl Plan {
             .collect()
     }
 
+    /// The same of one organ.
+    pub(crate) fn alone(&self, organ: usize) -> Self {
+        let attachments = self.attachments.iter().filter(|one| one.organ == organ);
+        let contacts = self.contacts.iter().filter(|one| one.organ == organ);
+        Self {
+            organs: vec![self.organs[organ].clone()],
+            attachments: attachments
+                .map(|one| Attachment {
+                    organ: 0,
+                    ..one.clone()
+                })
+                .collect(),
+            contacts: contacts
+                .map(|one| Contact {
+                    organ: 0,
+                    ..one.clone()
+                })
+                .collect(),
+            ..self.clone()
+        }
+    }
+
     /// Its names, a comma between.
     pub(crate) fn names_of(&self, rigid: &[usize]) -> String {
         let names: Vec<&str> = rigid.iter().map(|r| self.rigid[*r].name.as_str()).collect();

@@ -13,7 +13,6 @@
 //! whole, `solution` what is solved with it, by `substitution` in the factor or in one `packed` for it (`store`), `compliance` what a few
 //! combinations of unknowns move of one another.
 
-mod compliance;
 mod dense;
 mod extend;
 mod front;
@@ -37,7 +36,6 @@ mod tests;
 mod tree;
 mod triplets;
 
-pub(crate) use compliance::Combinations;
 pub(crate) use dense::Dense;
 pub use ldl::{Inertia, Ldl, NoPivot};
 pub use order::{Dissection, NoOrder};

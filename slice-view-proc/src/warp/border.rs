@@ -9,7 +9,7 @@ const NONE: u32 = u32::MAX;
 /// A neighbour is larger by this factor at most; beyond it is not looked for.
 const MOST_RATIO: i32 = 8;
 /// A function that is quadratic along two axes is at most so many times the largest of its nine values: 1.25 an axis.
-const BEYOND: f64 = 1.5625;
+pub(super) const FACE_BEYOND: f64 = 1.5625;
 
 /// The cubes beside a cube's faces, by axis the lower and the upper one: of its size or larger.
 pub(super) type Beside = [[u32; 2]; 3];
@@ -77,7 +77,7 @@ pub(super) fn jump(
             }
         }
     }
-    BEYOND * most.sqrt()
+    FACE_BEYOND * most.sqrt()
 }
 
 /// The slopes along an axis, by the cube's side, at the nine nodes of its lower or upper face.
@@ -124,6 +124,6 @@ pub(super) fn is_cut(cube: &Placed, behind: &[f64], axis: usize, upper: bool) ->
         (least, most) = (least.min(own), most.max(own));
     }
     // Half the width times what such a function goes beyond its values.
-    let beyond = 0.5 * (BEYOND - 1.0) * (most - least);
+    let beyond = 0.5 * (FACE_BEYOND - 1.0) * (most - least);
     least - beyond <= 0.0 && most + beyond >= 0.0
 }

@@ -30,9 +30,9 @@ pub(super) struct Tools {
     /// No cube is drawn whole: slowly, for tests.
     pub(super) by_pieces: bool,
     behind: Vec<f64>,
-    /// Of the cubes that were drawn whole.
+    /// The cubes that were drawn whole and have a border, and how exact each is; none elsewhere.
     wholes: Vec<usize>,
-    is_whole: Vec<bool>,
+    drawn: Vec<Option<Drawn>>,
 }
 
 /// One organ being drawn.
@@ -55,8 +55,8 @@ impl Drawing<'_> {
             *behind = view.behind(*place);
         }
         self.tools.wholes.clear();
-        self.tools.is_whole.clear();
-        self.tools.is_whole.resize(shape.cubes.len(), false);
+        self.tools.drawn.clear();
+        self.tools.drawn.resize(shape.cubes.len(), None);
         let (mut error, mut most) = (0.0_f64, Drawn::default());
         for (number, cube) in shape.cubes.iter().enumerate() {
             if !self.is_near(cube) {
@@ -79,7 +79,7 @@ impl Drawing<'_> {
             most.border_mm = most.border_mm.max(drawn.border_mm);
             if drawn.border_mm > 0.0 {
                 self.tools.wholes.push(number);
-                self.tools.is_whole[number] = true;
+                self.tools.drawn[number] = Some(drawn);
             }
         }
         Some(error.max(most.error_mm + self.border(&most)))
@@ -88,24 +88,37 @@ impl Drawing<'_> {
     /// How far places are off that are drawn on the wrong side of a border: the outline is not the faces.
     fn border(&self, most: &Drawn) -> f64 {
         let (shape, tools) = (self.organ.shape, &*self.tools);
-        let reach = most.border_mm + GRID_PART * self.view.pixel_mm;
+        let grid = GRID_PART * self.view.pixel_mm;
         let Some(beside) = &shape.beside else {
             // What a place moves by on either side.
-            return 2.0 * reach * most.stretch;
+            return 2.0 * (most.border_mm + grid) * most.stretch;
         };
-        let mut jump = 0.0_f64;
+        let mut off = 0.0_f64;
         for number in &tools.wholes {
             // Of two that are drawn whole the lower one serves.
             let cube = &shape.cubes[*number];
             let wanted = |other: usize, axis: usize, upper: bool| {
-                let serves = upper || !tools.is_whole[other] || shape.cubes[other].span != cube.span;
+                let serves = upper || tools.drawn[other].is_none() || shape.cubes[other].span != cube.span;
                 serves && border::is_cut(cube, &tools.behind, axis, upper)
             };
-            let own = border::jump(&shape.cubes, &beside[*number], *number, self.organ.places, wanted);
-            jump = jump.max(own / shape.piece_mm);
+            let jump = border::jump(&shape.cubes, &beside[*number], *number, self.organ.places, wanted);
+            let near = self.about(*number, &beside[*number], most);
+            // So far beyond its cube at rest, by the difference of the maps there, and back to rest.
+            off = off.max(jump / shape.piece_mm * (near.border_mm + grid) * near.stretch * near.stretch);
         }
-        // So far beyond its cube at rest, by the difference of the maps there, and back to rest.
-        jump * reach * most.stretch * most.stretch
+        off
+    }
+
+    /// The largest border and stretch of a cube and those beside it; of one that is not drawn whole, as of the worst.
+    fn about(&self, number: usize, beside: &border::Beside, most: &Drawn) -> Drawn {
+        let drawn = &self.tools.drawn;
+        let all = beside.iter().flatten().filter_map(|other| drawn.get(*other as usize));
+        let mut found = drawn[number].unwrap_or(*most);
+        for other in all.map(|other| other.unwrap_or(*most)) {
+            found.border_mm = found.border_mm.max(other.border_mm);
+            found.stretch = found.stretch.max(other.stretch);
+        }
+        found
     }
 
     /// Whether the plane may pass through a cube.

@@ -4,7 +4,10 @@ use super::corners::Corners;
 use super::edge::{Corner, Edge, crossing};
 use super::faces::FACES;
 use super::placed::Held;
+use super::whole::MOST_SPAN;
 
+/// Corners of pieces along an axis of a cube, at most.
+const ACROSS: usize = MOST_SPAN as usize + 1;
 /// Crossings of a row, at most.
 const MOST: usize = 8;
 
@@ -51,18 +54,45 @@ impl Outline {
             self.trace_eight(corners, wanted);
             return;
         }
-        let inner = span > 2 && corners.cube.uniform.is_some();
-        for z in 0..span {
-            for y in 0..span {
-                let within = |k: i32| k > 0 && k < span - 1;
-                // Of a cube that is all alike only the pieces at its faces count.
-                let step = if inner && within(y) && within(z) { span - 1 } else { 1 };
-                let mut x = 0;
-                while x < span {
-                    if corners.cube.held([x, y, z]) == wanted {
-                        self.piece(corners, [x, y, z], wanted);
-                    }
-                    x += step;
+        for axis in 0..3 {
+            for along in 0..=span {
+                // Between pieces that are all alike nothing ends.
+                let is_inner = 0 < along && along < span;
+                if !(is_inner && corners.cube.uniform.is_some()) && corners.may_cut(axis, along) {
+                    self.sheet(corners, (axis, along), wanted);
+                }
+            }
+        }
+    }
+
+    /// The faces of pieces in one plane of a cube's lattice, across `axis` and so many pieces along it.
+    fn sheet(&mut self, corners: &mut Corners<'_>, (axis, along): (usize, i32), wanted: Held) {
+        let span = corners.cube.span;
+        let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
+        let place = |a: i32, b: i32, c: i32| {
+            let mut at = [a; 3];
+            (at[one], at[other]) = (b, c);
+            at
+        };
+        // Each corner is looked up once, not by all faces about it.
+        let (row, mut seen) = (span as usize + 1, [[0.0; 3]; ACROSS * ACROSS]);
+        for c in 0..=span {
+            for b in 0..=span {
+                seen[c as usize * row + b as usize] = corners.at(place(along, b, c));
+            }
+        }
+        let holds = |a, b, c| (0..span).contains(&a) && corners.cube.held(place(a, b, c)) == wanted;
+        for c in 0..span {
+            for b in 0..span {
+                let low = c as usize * row + b as usize;
+                let four = [low, low + 1, low + row, low + row + 1].map(|k| &seen[k]);
+                let behind = four.map(|corner| corner[2] >= 0.0);
+                if behind == [behind[0]; 4] {
+                    continue;
+                }
+                let [below, above] = [holds(along - 1, b, c), holds(along, b, c)];
+                if below != above {
+                    self.cut(four, above);
                 }
             }
         }
@@ -86,44 +116,6 @@ impl Outline {
             let few = &corners.few;
             self.cut([&few[low], &few[right], &few[up], &few[high]], above);
         }
-    }
-
-    #[inline(always)]
-    fn piece(&mut self, corners: &mut Corners<'_>, piece: [i32; 3], wanted: Held) {
-        let span = corners.cube.span;
-        for axis in 0..3 {
-            for side in 0..2 {
-                let mut beyond = piece;
-                beyond[axis] += 2 * side - 1;
-                let ends = beyond[axis] < 0 || beyond[axis] >= span || corners.cube.held(beyond) != wanted;
-                if ends {
-                    self.face(corners, piece, axis, side);
-                }
-            }
-        }
-    }
-
-    /// A face of a piece.
-    #[inline(always)]
-    fn face(&mut self, corners: &mut Corners<'_>, piece: [i32; 3], axis: usize, side: i32) {
-        let at = |b: i32, c: i32| {
-            let mut step = piece;
-            step[axis] += side;
-            step[(axis + 1) % 3] += b;
-            step[(axis + 2) % 3] += c;
-            step
-        };
-        let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-        if corners.is_missed(four) {
-            return;
-        }
-        let (low, right, up, high) = (
-            corners.at(four[0]),
-            corners.at(four[1]),
-            corners.at(four[2]),
-            corners.at(four[3]),
-        );
-        self.cut([&low, &right, &up, &high], side == 0);
     }
 
     /// The two triangles of a face, divided as the pieces' tetrahedra divide it; `flip` where it is a piece's lower one.

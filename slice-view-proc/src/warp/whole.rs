@@ -9,11 +9,13 @@ use super::raster::{Canvas, PART};
 use super::sheet::{MOST_TILE, Sheet};
 
 /// Pieces along an axis of a cube, at most: beyond, they are as small as the grid would be.
-const MOST_SPAN: i32 = 8;
+pub(super) const MOST_SPAN: i32 = 8;
 /// By how much the slope may change within a cube, of the slope in its middle: below 1 nothing is turned inside out.
 const MOST_CHANGE: f32 = 0.95;
 /// By how much the slope may change from a node to the pixels about it, of the slope there.
 const MOST_BETWEEN: f64 = 0.3;
+/// What lies between nodes may be off by so much, mm, by its bound: of large pieces a third of theirs would be more than a pixel.
+const MOST_OFF_MM: f64 = 0.2;
 /// Columns and rows of nodes, at most.
 const FAR: f64 = 32_768.0;
 
@@ -84,9 +86,9 @@ impl Whole {
             }
             // Nodes nearer by reach less far beyond the cube, and the slope changes less between them.
             match self.solve(&map, tile, seat, pixel_mm) {
-                Some(drawn) => break drawn,
-                None if tile > 1 => tile /= 2,
-                None => return None,
+                Some(drawn) if tile == 1 || drawn.error_mm <= MOST_OFF_MM => break drawn,
+                None if tile == 1 => return None,
+                _ => tile /= 2,
             }
         };
         let Self { outlines, sheet } = self;

@@ -25,6 +25,7 @@ mod rest;
 mod search;
 mod settings;
 mod stiffness;
+mod together;
 mod touch;
 mod walk;
 mod watch;
@@ -32,6 +33,7 @@ mod watch;
 pub use present::{Change, Yielding};
 pub use report::{Frame, Refused, State};
 pub use settings::{NoFrames, Settings};
+pub use together::Together;
 
 use std::sync::Arc;
 
@@ -181,6 +183,18 @@ impl Frames {
     /// The least of the least forces, by which free forces are measured where nothing presses yet.
     fn least_force(&self) -> f64 {
         self.least_forces.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// What a frame goes back to where others deny it.
+    fn start(&self) -> Now {
+        self.now.clone()
+    }
+
+    /// Back to that.
+    fn give_up(&mut self, start: Now, why: Refused) -> Frame {
+        self.restore(start);
+        self.last = None;
+        self.refuse(why)
     }
 
     fn refuse(&self, refused: Refused) -> Frame {

@@ -84,6 +84,17 @@ impl System {
         tubes.chain(obstacles).chain(organs).chain(others)
     }
 
+    /// The second derivatives, overwritten: of solids where `convex` says so, of a positive semidefinite matrix near theirs, and of terms where any does.
+    pub(super) fn hessian_where(&self, a: &[f64], convex: &[bool], sink: &mut Triplets) -> Option<()> {
+        sink.reset(self.bodies.size());
+        for ((offset, solid, part), convex) in self.bodies.each(a).zip(convex) {
+            solid.hessian(part, *convex, sink, offset)?;
+        }
+        let any = convex.contains(&true);
+        self.terms()
+            .try_for_each(|term| term.hessian(&self.bodies, a, any, sink))
+    }
+
     fn load_energy(&self, a: &[f64]) -> f64 {
         -self.loads.iter().zip(a).map(|(l, a)| l * a).sum::<f64>()
     }
@@ -118,12 +129,7 @@ impl Potential for System {
     }
 
     fn hessian(&self, a: &[f64], convex: bool, sink: &mut Triplets) -> Option<()> {
-        sink.reset(self.size());
-        for (offset, solid, part) in self.bodies.each(a) {
-            solid.hessian(part, convex, sink, offset)?;
-        }
-        self.terms()
-            .try_for_each(|term| term.hessian(&self.bodies, a, convex, sink))
+        self.hessian_where(a, &vec![convex; self.bodies.len()], sink)
     }
 
     fn reach(&self, a: &[f64], step: &[f64]) -> f64 {

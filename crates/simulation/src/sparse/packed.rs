@@ -47,24 +47,6 @@ pub(super) fn keep<E: Number, T: Number>(front: &Front, panel: &[E], mut entries
 }
 
 impl<T: Number> Kept<T> {
-    /// The columns of a front in double precision, as they were eliminated but for pivots, which are 0.
-    pub(super) fn columns(&self, front: &Front, number: usize, panel: &mut Vec<f64>) {
-        let size = front.size();
-        panel.clear();
-        panel.resize(size * front.width, 0.0);
-        let mut entries = &self.entries[self.starts[number]..];
-        // Blocks follow one another as they were taken up.
-        for (k, n) in blocks(front.width) {
-            let (block, rest) = entries.split_at(n * (size - k));
-            entries = rest;
-            for (i, row) in block.chunks_exact(n).enumerate() {
-                row.iter()
-                    .enumerate()
-                    .for_each(|(j, x)| panel[(k + j) * size + k + i] = x.value());
-            }
-        }
-    }
-
     /// `L x = b`, then `D x = b`, of some fronts.
     pub(super) fn forward(&self, symbolic: &Symbolic, fronts: Range<usize>, x: &mut [f64]) {
         let mut all = Vec::new();

@@ -95,18 +95,6 @@ impl Store {
         }
     }
 
-    /// The columns of a front as they were eliminated, but for pivots.
-    pub(super) fn columns(&self, front: &Front, number: usize, panel: &mut Vec<f64>) {
-        match self.form {
-            Form::Whole => {
-                panel.clear();
-                panel.extend_from_slice(&self.double.entries[front.panel()]);
-            }
-            Form::Double => self.double.columns(front, number, panel),
-            Form::Single => self.single.columns(front, number, panel),
-        }
-    }
-
     /// `L x = b`, then `D x = b`, of some fronts.
     pub(super) fn forward(&self, symbolic: &Symbolic, fronts: Range<usize>, x: &mut [f64]) {
         match self.form {

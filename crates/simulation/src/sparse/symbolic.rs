@@ -169,16 +169,6 @@ impl Symbolic {
         &self.rows[front.rows..front.rows + front.height]
     }
 
-    /// When an unknown is eliminated.
-    pub(super) fn place(&self, unknown: u32) -> u32 {
-        self.place_of[unknown as usize]
-    }
-
-    /// The front that eliminates the unknown eliminated at a time.
-    pub(super) fn front_at(&self, place: u32) -> usize {
-        self.front_of[place as usize] as usize
-    }
-
     /// The entry of the factor's storage that a place adds to. `None` where the pattern lacks it.
     pub(super) fn slot(&self, (i, j): (u32, u32)) -> Option<u32> {
         let (a, b) = (self.place_of[i as usize], self.place_of[j as usize]);

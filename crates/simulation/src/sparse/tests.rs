@@ -1,6 +1,5 @@
 //! Factorisations against dense algebra.
 
-mod compliance;
 mod cover;
 mod dissection;
 mod kept;

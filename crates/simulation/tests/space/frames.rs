@@ -10,6 +10,7 @@ mod rest;
 mod several;
 mod slope;
 mod still;
+mod together;
 mod unproved;
 mod unsettled;
 mod yielding;

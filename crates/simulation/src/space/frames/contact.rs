@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::around::Around;
 use super::factors::Factor;
-use super::near::Near;
+use super::near::{Near, Tissue};
 use super::norm;
 use super::reduced::{Problem, Pushed, Reduced, Wanted};
 use super::touch::Touches;
@@ -159,7 +159,10 @@ impl Contact {
             let places: Vec<_> = near.points().iter().map(|k| self.touches.at(*k, v)).collect();
             let each = near.points().iter().zip(&places);
             let problem = Problem {
-                touches: &self.touches,
+                tissue: Tissue {
+                    ldl: &factor.ldl,
+                    touches: &self.touches,
+                },
                 near,
                 clearances: each
                     .map(|(k, at)| around.clearance(self.touches.with(*k), at))
@@ -212,7 +215,7 @@ impl Contact {
         let missing = |point: usize| factor.near.index(point).is_none();
         if self.near(pressures, v, around, NEAR_PART).any(missing) {
             let points = self.near(pressures, v, around, part).collect();
-            factor.serve(&self.touches, points);
+            factor.serve(&self.touches, points, &[]);
         }
     }
 }

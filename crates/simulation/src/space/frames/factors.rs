@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-use super::near::{Active, Near};
+use super::near::{Active, Near, Tissue};
 use super::touch::Touches;
 use crate::control::Potential;
 use crate::space::system::System;
@@ -35,29 +35,65 @@ impl Factor {
         })
     }
 
-    /// Factors the second derivatives at `a`: the true ones, or where they are not positive definite a convex matrix near them.
+    /// Factors the second derivatives at `a`: the true ones, or of solids of which they are not positive definite a convex matrix near theirs. What one
+    /// solid needs is not done to the others, whose steps it would make slow.
     fn make(&mut self, system: &System, a: &[f64]) {
         (self.near, self.active) = (Arc::default(), Active::default());
-        self.whole = [false, true].into_iter().any(|convex| {
-            system.hessian(a, convex, &mut self.matrix).is_some_and(|()| {
-                // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
-                let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
-                self.matrix.fix(system.fixed(), scale);
-                self.ldl.take(&self.matrix);
-                self.ldl.definite(0.0) == Ok(true)
-            })
-        });
+        let mut convex = vec![false; system.bodies.len()];
+        self.whole = loop {
+            let is_definite = self.factored(system, a, &convex);
+            let falling = (is_definite == Some(false))
+                .then(|| self.ldl.falling_direction())
+                .flatten();
+            let more = match (is_definite, falling) {
+                (Some(true), _) => break true,
+                (Some(false), Some(direction)) => falls(system, &direction),
+                // A pivot that vanishes has no direction.
+                _ => vec![true; convex.len()],
+            };
+            if more.iter().zip(&convex).all(|(more, convex)| *convex || !more) {
+                break false;
+            }
+            convex.iter_mut().zip(more).for_each(|(convex, more)| *convex |= more);
+        };
     }
 
-    /// Takes these points, in ascending order, as those at the tube.
-    pub(super) fn serve(&mut self, touches: &Touches, points: Vec<usize>) {
-        self.near = Arc::new(Near::new(&self.ldl, touches, points));
-        self.active = Active::default();
+    /// Whether a matrix is definite, with its factor if so; `None` where there is none, or a pivot vanishes.
+    fn factored(&mut self, system: &System, a: &[f64], convex: &[bool]) -> Option<bool> {
+        system.hessian_where(a, convex, &mut self.matrix)?;
+        // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
+        let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
+        self.matrix.fix(system.fixed(), scale);
+        self.ldl.take(&self.matrix);
+        self.ldl.definite(0.0).ok()
+    }
+
+    /// Takes these points, in ascending order, as those at the tube; `pressing` are sure to be asked for.
+    pub(super) fn serve(&mut self, touches: &Touches, points: Vec<usize>, pressing: &[usize]) {
+        let tissue = Tissue {
+            ldl: &self.ldl,
+            touches,
+        };
+        self.active.clear();
+        for point in pressing {
+            self.active.column(&tissue, *point);
+        }
+        let mean = self.active.mean(&tissue, &points);
+        self.near = Arc::new(Near::new(points, mean));
     }
 }
 
+/// Which solids a direction moves.
+fn falls(system: &System, direction: &[f64]) -> Vec<bool> {
+    let moves = |body| system.bodies.part(body, direction).iter().any(|x| *x != 0.0);
+    (0..system.bodies.len()).map(moves).collect()
+}
+
+/// Points at the tube, and those of them that press.
+pub(super) type Points = (Vec<usize>, Vec<usize>);
+
 /// A factor to be made, the state, and the points at the tube that it is to serve.
-type Job = (Box<Factor>, Vec<f64>, Vec<usize>);
+type Job = (Box<Factor>, Vec<f64>, Points);
 
 /// A thread that makes factors one after the other.
 #[derive(Debug)]
@@ -72,10 +108,10 @@ impl Worker {
         let (jobs, inbox) = channel::<Job>();
         let (outbox, done) = channel();
         let work = move || {
-            for (mut factor, a, points) in inbox {
+            for (mut factor, a, (points, pressing)) in inbox {
                 factor.make(&system, &a);
                 if factor.whole {
-                    factor.serve(&touches, points);
+                    factor.serve(&touches, points, &pressing);
                 }
                 if outbox.send(factor).is_err() {
                     break;
@@ -150,7 +186,7 @@ impl Factors {
     }
 
     /// Asks for the factor at `a`, with these points at the tube, to be taken up in frame `due` by [`Self::take_up`].
-    pub(super) fn ask(&mut self, system: &Arc<System>, a: &[f64], points: Vec<usize>, due: u64) {
+    pub(super) fn ask(&mut self, system: &Arc<System>, a: &[f64], points: Points, due: u64) {
         let Some(factor) = self.spare.take() else {
             return;
         };

@@ -1,69 +1,28 @@
 //! The points at the tube, and how forces on them move one another: the compliance of tissue that contact is solved by.
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use nalgebra::{Matrix3, Vector3};
 
 use super::touch::Touches;
-use crate::sparse::{Combinations, Ldl};
+use crate::sparse::Ldl;
 
-/// Some of the points, and `W = B A^-1 B^T` with their displacements for the rows of `B`, three each, and `A` the matrix of a factor.
-///
-/// Not `W` itself is kept but the compliance `C` of what carries the points, by which `W = R C R^T`: of hundreds of points on the faces of some
-/// cubes few press at once, and [`Active`] makes the blocks of `W` of these alone.
-#[derive(Debug, Clone)]
+/// So many points say what the mean compliance is where none has pressed yet.
+const SAMPLES: usize = 4;
+
+/// The points that may press in a step, and what they are measured by.
+#[derive(Debug, Clone, Default)]
 pub(super) struct Near {
     /// Ascending.
     points: Vec<usize>,
-    /// What carries a point, and its weights; where those of a point begin.
-    rows: Vec<(u32, f64)>,
-    starts: Vec<usize>,
-    c: DMatrix<f64>,
     mean: f64,
 }
 
-impl Default for Near {
-    fn default() -> Self {
-        Self {
-            points: Vec::new(),
-            rows: Vec::new(),
-            starts: vec![0],
-            c: DMatrix::zeros(0, 0),
-            mean: 0.0,
-        }
-    }
-}
-
 impl Near {
-    /// These points, in ascending order, by a factor.
-    pub(super) fn new(ldl: &Ldl, touches: &Touches, points: Vec<usize>) -> Self {
-        let nodes = touches.nodes_of(&points);
-        let mut combinations = Combinations::default();
-        let (mut rows, mut starts) = (Vec::new(), vec![0]);
-        // By the fewer of the two: several points of a face share its nodes, a point of a cut cube has all of them.
-        if nodes.len() < points.len() {
-            let each = nodes.iter().flat_map(|node| (0..3).map(|k| touches.unknown(*node, k)));
-            each.for_each(|unknown| combinations.push(unknown.into_iter()));
-            let number = |node: u32| nodes.partition_point(|n| *n < node) as u32;
-            for point in &points {
-                rows.extend(touches.row(*point).iter().map(|(n, w)| (number(*n), *w)));
-                starts.push(rows.len());
-            }
-        } else {
-            let each = points
-                .iter()
-                .flat_map(|point| (0..3).map(|k| touches.combination(*point, k)));
-            each.for_each(|combination| combinations.push(combination));
-            rows.extend((0..points.len()).map(|k| (k as u32, 1.0)));
-            starts.extend(1..=points.len());
-        }
-        let mut near = Self {
-            points,
-            rows,
-            starts,
-            c: ldl.compliance(&combinations),
-            mean: 0.0,
-        };
-        near.mean = near.mean_compliance();
-        near
+    /// These points, in ascending order, with the mean compliance that [`Active::mean`] has.
+    pub(super) fn new(points: Vec<usize>, mean: f64) -> Self {
+        Self { points, mean }
     }
 
     /// The points.
@@ -76,84 +35,119 @@ impl Near {
         self.points.binary_search(&point).ok()
     }
 
-    /// By what a unit of force moves its own point, in the mean of points and directions.
+    /// By what a unit of force moves its own point, in the mean of some points and directions.
     pub(super) fn mean(&self) -> f64 {
         self.mean
     }
+}
 
-    fn row(&self, k: usize) -> &[(u32, f64)] {
-        &self.rows[self.starts[k]..self.starts[k + 1]]
-    }
+/// How tissue gives way: a factor, and the points that its columns are of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tissue<'a> {
+    pub(super) ldl: &'a Ldl,
+    pub(super) touches: &'a Touches,
+}
 
-    fn mean_compliance(&self) -> f64 {
-        // Only traces of the 3 x 3 blocks are asked for: they are summed once, not for each point.
-        let carriers = self.c.nrows() / 3;
-        let traces = DMatrix::from_fn(carriers, carriers, |i, j| {
-            (0..3).map(|k| self.c[(3 * i + k, 3 * j + k)]).sum::<f64>()
-        });
-        let own = |k: usize| {
-            let row = self.row(k);
-            let each = row.iter().map(|(j, w)| {
-                let column = traces.column(*j as usize);
-                w * row.iter().map(|(i, w)| w * column[*i as usize]).sum::<f64>()
-            });
-            each.sum::<f64>()
-        };
-        (0..self.points.len()).map(own).sum::<f64>() / (3 * self.points.len()).max(1) as f64
-    }
-
-    /// `C R^T` of a point's three directions, one column after the other.
-    fn column(&self, k: usize) -> Vec<f64> {
-        let size = self.c.nrows();
-        let mut column = vec![0.0; 3 * size];
-        // `C` is symmetric: columns are read where rows are meant, as these lie together in memory.
-        for (carrier, weight) in self.row(k) {
-            for (direction, own) in column.chunks_exact_mut(size).enumerate() {
-                let c = self.c.column(3 * *carrier as usize + direction);
-                own.iter_mut().zip(c.iter()).for_each(|(o, c)| *o += weight * c);
+impl Tissue<'_> {
+    /// By what unit forces on a point along the axes move the nodes of its solid that carry points, one after the other.
+    fn column(&self, point: usize) -> Vec<f64> {
+        let (touches, mut column) = (self.touches, Vec::new());
+        let (mut all, mut own) = (vec![0.0; self.ldl.order().len()], Vec::new());
+        for direction in 0..3 {
+            all.fill(0.0);
+            for (unknown, weight) in touches.combination(point, direction) {
+                all[unknown as usize] += weight;
             }
+            self.ldl.solve(&mut all);
+            touches.take(&all, &mut own);
+            column.extend_from_slice(&own[touches.part(point)]);
         }
         column
     }
-
-    /// How a point is moved as carriers are.
-    fn place(&self, k: usize, carried: &[f64]) -> Vector3<f64> {
-        let mut at = Vector3::zeros();
-        for (carrier, weight) in self.row(k) {
-            let u = &carried[3 * *carrier as usize..3 * *carrier as usize + 3];
-            (0..3).for_each(|k| at[k] += weight * u[k]);
-        }
-        at
-    }
 }
 
-/// Those of the points near the tube that press or have pressed, with their blocks of `W`: made as points come to press.
+/// Those of the points near the tube that press or have pressed, with their blocks of `W = B A^-1 B^T`, with `A` the matrix of a factor and the points'
+/// displacements for the rows of `B`: made as points come to press. Of hundreds of points near the tube few press at once, and three solutions for each
+/// of these are less than the compliance of all.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Active {
     /// Which of the points near, in the order in which they came.
     points: Vec<usize>,
     /// The number of each point near here, one more than that; 0 where it is not here.
     numbers: Vec<u32>,
-    columns: Vec<Vec<f64>>,
+    columns: Vec<Arc<Vec<f64>>>,
     /// The lower triangle, row by row.
     w: Vec<Vec<Matrix3<f64>>>,
+    /// By point, of this factor: whoever presses again after other points have come near is not solved for again.
+    known: BTreeMap<usize, Arc<Vec<f64>>>,
 }
 
 impl Active {
+    /// Other points are near, by the same factor.
+    pub(super) fn clear(&mut self) {
+        self.truncate(0);
+        self.numbers.clear();
+    }
+
+    /// The column of a point.
+    pub(super) fn column(&mut self, tissue: &Tissue<'_>, point: usize) -> Arc<Vec<f64>> {
+        let column = self
+            .known
+            .entry(point)
+            .or_insert_with(|| Arc::new(tissue.column(point)));
+        Arc::clone(column)
+    }
+
+    /// By what a unit of force moves its own point, in the mean of those whose columns are known, or else of some of `points`; 0 where nothing moves any.
+    pub(super) fn mean(&mut self, tissue: &Tissue<'_>, points: &[usize]) -> f64 {
+        let own = |point: usize, column: &[f64]| Self::moved_by(tissue.touches, point, (point, column)).trace() / 3.0;
+        let mean = |all: &BTreeMap<usize, Arc<Vec<f64>>>| {
+            let sum: f64 = all.iter().map(|(point, column)| own(*point, column)).sum();
+            sum / all.len().max(1) as f64
+        };
+        let known = mean(&self.known);
+        if known > 0.0 {
+            return known;
+        }
+        // Where none of those says anything, any other may.
+        let step = points.len().div_ceil(SAMPLES).max(1);
+        let some = points.iter().step_by(step).chain(points);
+        for (k, point) in some.enumerate() {
+            self.column(tissue, *point);
+            if k + 1 >= SAMPLES.min(points.len()) && mean(&self.known) > 0.0 {
+                break;
+            }
+        }
+        mean(&self.known)
+    }
+
+    /// How forces on one point move another; not at all, one of another solid.
+    fn moved_by(touches: &Touches, point: usize, (by, column): (usize, &[f64])) -> Matrix3<f64> {
+        let part = touches.part(by);
+        if touches.part(point) != part {
+            return Matrix3::zeros();
+        }
+        let each: Vec<_> = column
+            .chunks_exact(part.len())
+            .map(|one| touches.displacement_in(point, one))
+            .collect();
+        Matrix3::from_columns(&each)
+    }
+
     /// The number of a point near among these; it is taken in if it is not yet.
-    pub(super) fn take(&mut self, near: &Near, k: usize) -> usize {
+    pub(super) fn take(&mut self, tissue: &Tissue<'_>, near: &Near, k: usize) -> usize {
         // Numbers begin at 1, so that what was just added says that it is not here.
         self.numbers.resize(near.points.len(), 0);
         if self.numbers[k] == 0 {
+            let point = near.points[k];
+            let column = self.column(tissue, point);
             self.points.push(k);
             self.numbers[k] = self.points.len() as u32;
-            self.columns.push(near.column(k));
-            let size = near.c.nrows();
-            let block = |column: &Vec<f64>| {
-                let each: Vec<_> = column.chunks_exact(size).map(|one| near.place(k, one)).collect();
-                Matrix3::from_columns(&each)
-            };
-            self.w.push(self.columns.iter().map(block).collect());
+            self.columns.push(column);
+            let each = self.points.iter().zip(&self.columns);
+            let blocks = each.map(|(by, column)| Self::moved_by(tissue.touches, point, (near.points[*by], column)));
+            let blocks = blocks.collect();
+            self.w.push(blocks);
         }
         self.numbers[k] as usize - 1
     }
@@ -200,17 +194,19 @@ impl Active {
     }
 
     /// How they move all points near, three numbers each: `W f`.
-    pub(super) fn moved_all(&self, near: &Near, forces: &[Vector3<f64>]) -> Vec<f64> {
+    pub(super) fn moved_all(&self, touches: &Touches, near: &Near, forces: &[Vector3<f64>]) -> Vec<f64> {
         // Through what carries the points: of few forces that is less than a block for each pair.
-        let size = near.c.nrows();
-        let mut carried = vec![0.0; size];
+        let mut carried = vec![0.0; touches.unknowns()];
         for (j, force) in pushed(forces) {
-            for (column, force) in self.columns[j].chunks_exact(size).zip(force.iter()) {
+            let part = touches.part(near.points[self.points[j]]);
+            for (column, force) in self.columns[j].chunks_exact(part.len()).zip(force.iter()) {
+                let carried = &mut carried[part.clone()];
                 carried.iter_mut().zip(column).for_each(|(c, u)| *c += u * force);
             }
         }
-        let each = (0..near.points.len()).flat_map(|k| near.place(k, &carried).data.0[0]);
-        each.collect()
+        let each = near.points.iter();
+        each.flat_map(|point| touches.displacement(*point, &carried).data.0[0])
+            .collect()
     }
 }
 

@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricTridiagonal, Vector3, Vector6};
 
 use super::Frames;
-use super::near::{Active, Near};
+use super::near::{Active, Near, Tissue};
 use super::pressed::bends;
 use crate::control::Potential;
 use crate::space::tube::Distance;
@@ -131,12 +131,15 @@ impl Frames {
 
     /// The directions of points that press, and the matrix of the forces along them.
     fn rows(&self, ldl: &Ldl, pressing: &[Pressing]) -> (Vec<Row>, DMatrix<f64>) {
-        let points = pressing.iter().map(|p| p.point).collect();
-        let near = Near::new(ldl, &self.contact.touches, points);
+        let near = Near::new(pressing.iter().map(|p| p.point).collect(), 0.0);
+        let tissue = Tissue {
+            ldl,
+            touches: &self.contact.touches,
+        };
         let mut active = Active::default();
         let mut rows = Vec::new();
         for (k, p) in pressing.iter().enumerate() {
-            let number = active.take(&near, k);
+            let number = active.take(&tissue, &near, k);
             let normal = p.distance.gradient;
             rows.push(Row {
                 number,

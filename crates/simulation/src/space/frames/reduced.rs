@@ -8,10 +8,9 @@
 use nalgebra::Vector3;
 
 use super::around::Around;
-use super::near::{Active, Near};
+use super::near::{Active, Near, Tissue};
 use super::norm;
 use super::pressed::Pressed;
-use super::touch::Touches;
 use crate::space::tube::Distance;
 
 /// Stiffness of contact times the mean compliance of a point, at first.
@@ -33,7 +32,7 @@ const MOST_HALVINGS: usize = 20;
 /// The quadratic problem.
 #[derive(Debug, Clone)]
 pub(super) struct Problem<'a> {
-    pub(super) touches: &'a Touches,
+    pub(super) tissue: Tissue<'a>,
     pub(super) near: &'a Near,
     /// Where the points near the tube begin.
     pub(super) places: Vec<Vector3<f64>>,
@@ -98,11 +97,11 @@ impl Problem<'_> {
     }
 
     fn area(&self, k: usize) -> f64 {
-        self.touches.area(self.near.points()[k])
+        self.tissue.touches.area(self.near.points()[k])
     }
 
     fn with(&self, k: usize) -> usize {
-        self.touches.with(self.near.points()[k])
+        self.tissue.touches.with(self.near.points()[k])
     }
 
     /// The distance of a point, left out where it presses neither by `pressure` nor by depth.
@@ -124,7 +123,7 @@ impl Problem<'_> {
     /// The length of forces on points, and of this part of `b`, as forces on the unknowns: patterns that push nothing have none.
     fn length(&self, forces: &[f64], part: f64) -> f64 {
         let mut own: Vec<f64> = self.own.iter().map(|b| part * b).collect();
-        self.touches.push_all(self.near.points(), forces, &mut own);
+        self.tissue.touches.push_all(self.near.points(), forces, &mut own);
         norm(&own).hypot(part * self.others)
     }
 }
@@ -253,7 +252,7 @@ impl Reduced {
             if let Some(distance) = problem.distance(k, &at.step.moved, *old) {
                 let (pressure, area) = (old - self.stiffness * distance.value, problem.area(k));
                 if pressure > 0.0 {
-                    let number = active.take(near, k);
+                    let number = active.take(&problem.tissue, near, k);
                     pressing.push((number, distance, area * self.stiffness, area * pressure));
                 }
             }
@@ -261,7 +260,7 @@ impl Reduced {
         // Points that a force was on before and is on no more.
         for (k, free) in at.free.chunks_exact(3).enumerate() {
             if free.iter().any(|f| *f != 0.0) {
-                active.take(near, k);
+                active.take(&problem.tissue, near, k);
             }
         }
         let pressed = &mut self.pressed;
@@ -281,7 +280,7 @@ impl Reduced {
         for (force, k) in held.iter().zip(active.points()) {
             forces[3 * k..3 * k + 3].copy_from_slice(force.as_slice());
         }
-        let mut moved = active.moved_all(near, &held);
+        let mut moved = active.moved_all(problem.tissue.touches, near, &held);
         moved.iter_mut().zip(&problem.free).for_each(|(m, d)| *m += part * d);
         Some(Pushed { part, forces, moved })
     }

@@ -46,7 +46,25 @@ impl Frames {
     /// would touch it there. That is the state of tissue that was never touched: where the tube has pushed it along to beyond its own
     /// place it is not, so ask for it where the tube is free, or where nobody knows how it came there.
     pub fn rest(&mut self, pose: &Isometry3<f64>) -> Option<Frame> {
-        let tube = self.clear(pose, &self.begun.a)?;
+        let tube = self.clear_at_start(pose)?;
+        Some(self.rest_with(tube, pose))
+    }
+
+    /// The tube at a pose at which it touches nothing of the state at the start.
+    pub(super) fn clear_at_start(&self, pose: &Isometry3<f64>) -> Option<Tube> {
+        self.clear(pose, &self.begun.a)
+    }
+
+    /// At the start where nothing presses and that is clear, else as the tube moves tissue.
+    pub(super) fn rest_or_frame(&mut self, pose: &Isometry3<f64>) -> Frame {
+        match self.is_free().then(|| self.rest(pose)).flatten() {
+            Some(frame) => frame,
+            None => self.frame(pose),
+        }
+    }
+
+    /// At the start, with such a tube.
+    pub(super) fn rest_with(&mut self, tube: Tube, pose: &Isometry3<f64>) -> Frame {
         self.frame += 1;
         if self.factors.take_up(self.frame) {
             self.ways[0] = self.ways[1];
@@ -62,6 +80,6 @@ impl Frames {
         };
         self.now.found = found;
         let state = self.judge(pose, &found);
-        Some(self.report(state, &found))
+        self.report(state, &found)
     }
 }

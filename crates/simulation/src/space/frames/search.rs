@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::around::Around;
-use super::near::Active;
 use super::reduced::Wanted;
 use super::report::Refused;
 use super::{Evaluated, Frames, norm};
@@ -188,7 +187,10 @@ impl Frames {
         let factor = &mut self.factors.now;
         match Arc::ptr_eq(&near, &factor.near) {
             true => factor.active.truncate(active),
-            false => (factor.near, factor.active) = (near, Active::default()),
+            false => {
+                factor.near = near;
+                factor.active.clear();
+            }
         }
         let step = match found {
             Ok((step, _)) if self.contact.is_whole() => step,

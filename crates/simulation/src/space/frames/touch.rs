@@ -196,6 +196,22 @@ impl Touches {
         self.points[point].at + self.displacement(point, v)
     }
 
+    /// The unknowns here of the solid that a point is of.
+    pub(super) fn part(&self, point: usize) -> std::ops::Range<usize> {
+        self.parts[self.points[point].body].clone()
+    }
+
+    /// How far a point is moved, by the unknowns of its own solid alone.
+    pub(super) fn displacement_in(&self, point: usize, own: &[f64]) -> Vector3<f64> {
+        let first = self.part(point).start;
+        let mut at = Vector3::zeros();
+        for (node, weight) in self.row(point) {
+            let begin = 3 * *node as usize - first;
+            at += Vector3::from_column_slice(&own[begin..begin + 3]) * *weight;
+        }
+        at
+    }
+
     /// How far it is moved.
     pub(super) fn displacement(&self, point: usize, v: &[f64]) -> Vector3<f64> {
         let mut at = Vector3::zeros();
@@ -229,21 +245,6 @@ impl Touches {
                 self.push(*point, &Vector3::from_column_slice(force), forces);
             }
         }
-    }
-
-    /// The nodes of some of the points, ascending.
-    pub(super) fn nodes_of(&self, points: &[usize]) -> Vec<u32> {
-        let rows = points.iter().flat_map(|point| self.row(*point));
-        let mut nodes: Vec<u32> = rows.map(|(node, _)| *node).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes
-    }
-
-    /// An unknown of a node among all, with weight 1; none where it is held.
-    pub(super) fn unknown(&self, node: u32, component: usize) -> Option<(u32, f64)> {
-        let free = self.free[3 * node as usize + component] > 0.0;
-        free.then(|| ((self.nodes[node as usize] + component) as u32, 1.0))
     }
 
     /// The free unknowns of all that are summed in a component of its place, with their weights.

@@ -120,7 +120,9 @@ impl Frames {
             self.renew();
         } else if !self.factors.is_waiting() {
             let due = self.frame.saturating_add(self.settings.delay.max(1) as u64);
-            self.factors.ask(&self.system, &self.now.a, points, due);
+            let pressing = points.iter().copied().filter(|k| self.now.pressures[*k] > 0.0);
+            let pressing = pressing.collect();
+            self.factors.ask(&self.system, &self.now.a, (points, pressing), due);
             self.ways[1] = 0.0;
         }
     }

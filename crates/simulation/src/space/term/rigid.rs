@@ -69,7 +69,7 @@ impl Rigid for LevelSet {
 }
 
 /// What the tissue does to something rigid, or to another organ.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ContactForce {
     /// The sum of the forces on it.
     pub force: Vector3<f64>,
