@@ -129,6 +129,10 @@ pub trait Active: std::fmt::Debug {
     /// Forces times gaps that the next step aims at; `None`: gradients are those of the forces as they are.
     fn aim(&mut self, work: Option<f64>);
 
+    /// Rows of a solution begin anew at an aim far above what it has of force times gap: each slack rises to what its force leaves
+    /// of the aim, and no step ends at once at a gap of next to nothing.
+    fn recentre(&mut self, _work: f64) {}
+
     /// The parts of the Newton step `step` from `a`, at most 1, after which gaps and forces are still above zero.
     fn limits(&mut self, bodies: &Bodies, a: &[f64], step: &[f64]) -> [f64; 2];
 

@@ -1,7 +1,10 @@
 //! Equilibrium under constraints: searches, with the terms of the constraints brought up to date between them.
 
+mod aims;
 mod certify;
+mod follow;
 mod polish;
+mod refine;
 mod saddle;
 
 use crate::constraint::{Change, Constraint, Stage};
@@ -118,7 +121,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
     let (wanted, mut polishes, mut saddles, began) = (newton.settings, 0, 0, clock());
     if is_in(system, Stage::Exact) && ready(system) {
         // Nothing else knows how to move what is in exact contact already.
-        let polished = polish::polish(system, newton, a);
+        let polished = follow::follow(system, newton, a);
         iterations += polished.steps;
         if !polished.done {
             return Err(not_converged(&polished));
@@ -158,7 +161,7 @@ fn searches(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Resul
         if polishes < MOST_POLISHES && ready(system) {
             polishes += 1;
             newton.settings = wanted;
-            let polished = polish::polish(system, newton, a);
+            let polished = polish::polish(system, newton, a, aims::Aims::Careful);
             iterations += polished.steps;
             if let (false, Some(saved)) = (polished.done, saved) {
                 (*a, system.terms) = saved;

@@ -1,5 +1,7 @@
 //! The last steps to exact contact: Newton's method on the balance of forces, gaps, and forces times gaps together.
 
+use super::aims::{Aims, NEAR_AIMS, Path};
+use super::refine::refine;
 use crate::constraint::{Active, Constraint, Progress};
 use crate::control::{Newton, Potential};
 use crate::system::System;
@@ -10,19 +12,8 @@ const MOST_STEPS: usize = 250;
 const BEFORE_TOUCH: f64 = 0.9;
 /// Forces times gaps at the end, in largest loads times largest solids.
 const LAST_WORK: f64 = 1e-10;
-/// Steps to less work than that, each to a hundredth, and the least work in the same unit: gaps of undecided rows are about
-/// the square root of it.
-const MOST_REFINED: usize = 20;
-const REFINED_FALL: f64 = 0.01;
-const LEAST_WORK: f64 = 1e-21;
-/// Steps to one such work before it is given up.
-const MOST_AT_ONE: usize = 4;
-/// Each aim, in the one before.
-const WORK_FACTOR: f64 = 0.1;
-/// Forces off by this part of the largest load are near enough for the next aim, and by this many times the aim: what is free to
-/// roll or slide has small forces and long ways, which are to be made while gaps are wide.
+/// Forces off by this part of the largest load are near enough for the next aim.
 const NEAR_LOADS: f64 = 0.1;
-const NEAR_AIMS: f64 = 1e4;
 /// Depths below this part of the largest solid are none.
 const NO_DEPTH: f64 = 1e-13;
 
@@ -46,14 +37,15 @@ pub(super) struct Polished {
 }
 
 /// Calls each set of rows with the solids.
-fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
+pub(super) fn with(system: &mut System, mut call: impl FnMut(&mut dyn Active, &System)) {
     // Taken out for the call: rows change while they read the system.
     let mut terms: Vec<Box<dyn Constraint>> = std::mem::take(&mut system.terms);
     terms.iter_mut().filter_map(|t| t.rows()).for_each(|t| call(t, system));
     system.terms = terms;
 }
 
-fn review(system: &mut System, a: &[f64], between: bool) -> Progress {
+/// Looks at all rows in a new state; where `between`, for arcs that have come together between them too.
+pub(super) fn review(system: &mut System, a: &[f64], between: bool) -> Progress {
     let mut progress = Progress::default();
     with(system, |t, system| {
         progress = progress.and(t.review(&system.bodies, a, between))
@@ -62,7 +54,7 @@ fn review(system: &mut System, a: &[f64], between: bool) -> Progress {
 }
 
 /// The largest free force of the forces as they are, and the largest load.
-fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
+pub(super) fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
     with(system, |t, _| t.aim(None));
     Newton::balance(system, a)
 }
@@ -71,10 +63,10 @@ fn balance(system: &mut System, a: &[f64]) -> Option<[f64; 2]> {
 ///
 /// Where a contact has next to no force, gaps fall with the square root of the work only: then it goes on to less work as
 /// long as that converges.
-pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) -> Polished {
+pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aims: Aims) -> Polished {
     let extent = system.bodies.extent();
     let mut progress = review(system, a, false);
-    let (mut aim, mut last_balance) = (None, [f64::INFINITY; 2]);
+    let (mut path, mut last_balance) = (None, [f64::INFINITY; 2]);
     for steps in 0..MOST_STEPS {
         let ended = |done, balance| Polished { done, steps, balance };
         let Some([residual, load]) = balance(system, a) else {
@@ -82,27 +74,18 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
         };
         last_balance = [residual, load];
         let last = LAST_WORK * load * extent;
-        let work = *aim.get_or_insert_with(|| first_aim(&progress, residual, extent).max(last));
-        // Near enough to this aim for the next; at the last one, to stay.
-        let tolerance = newton.settings.tolerance;
-        let [part, depth] = if work > last {
-            [
-                (NEAR_AIMS * work / (load * extent)).clamp(tolerance, NEAR_LOADS),
-                NEAR_LOADS,
-            ]
-        } else {
-            [tolerance; 2]
-        };
-        // A row with a force of one load has the gap `work / load` at this aim.
-        let room = (depth * work / load).max(NO_DEPTH * extent);
-        // More than rounding leaves of forces is asked for nowhere.
-        let balanced = residual <= part * load || Newton::is_within_potential_rounding(system, a, part * load);
-        if balanced && progress.complementarity <= 10.0 * work && progress.violation <= room {
+        let path = path.get_or_insert_with(|| Path::start(aims, system, &progress, residual, last));
+        let work = path.work;
+        let [part, room] = near(work, last, [load, extent], newton.settings.tolerance);
+        let aimed = progress.complementarity <= 10.0 * work && progress.violation <= room;
+        // More than rounding leaves of forces is asked for nowhere; what that is takes a matrix to know, so it comes last.
+        let balanced = || residual <= part * load || Newton::is_within_potential_rounding(system, a, part * load);
+        if aimed && balanced() {
             progress = review(system, a, true);
             if progress.violation <= room {
                 if work <= last {
                     let more = if progress.undecided {
-                        refine(system, newton, a, work, LEAST_WORK * load * extent)
+                        refine(system, newton, a, work, load)
                     } else {
                         0
                     };
@@ -111,10 +94,13 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
                         ..ended(true, last_balance)
                     };
                 }
-                aim = Some((WORK_FACTOR * work).max(last));
+                path.fall(load * extent, last);
             }
         }
-        if !aim.is_some_and(|work| advance(system, newton, a, work)) {
+        if path.step(load * extent) {
+            with(system, |rows, _| rows.recentre(path.work));
+        }
+        if !advance(system, newton, a, path.work) {
             return ended(false, last_balance);
         }
         progress = review(system, a, false);
@@ -126,17 +112,20 @@ pub(super) fn polish(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>)
     }
 }
 
-/// Where it starts: at the work that there is, or more where forces are out of balance or walls have come closer since.
-fn first_aim(progress: &Progress, residual: f64, extent: f64) -> f64 {
-    let found = WORK_FACTOR * progress.work / progress.rows.max(1.0);
-    let closer = WORK_FACTOR * progress.largest * progress.violation;
-    // The last one is the test of balance in `polish`, solved for the work: the aim at which this residual is just near
-    // enough.
-    found.max(closer).max(residual * extent / NEAR_AIMS)
+/// How near is near enough to an aim for the next, or at the last one, to stay: free forces in loads, and the depth of rows.
+fn near(work: f64, last: f64, [load, extent]: [f64; 2], tolerance: f64) -> [f64; 2] {
+    let [part, depth] = if work > last {
+        let part = NEAR_AIMS * work / (load * extent);
+        [part.clamp(tolerance, NEAR_LOADS), NEAR_LOADS]
+    } else {
+        [tolerance; 2]
+    };
+    // A row with a force of one load has the gap `work / load` at this aim.
+    [part, (depth * work / load).max(NO_DEPTH * extent)]
 }
 
 /// One step at an aim. False, and nothing changed, where there is none.
-fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64) -> bool {
+pub(super) fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64) -> bool {
     with(system, |t, _| t.aim(Some(aim)));
     let Some((next, parts)) = step(system, newton, a) else {
         return false;
@@ -144,26 +133,6 @@ fn advance(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, aim: f64)
     with(system, |t, _| t.take(parts));
     *a = next;
     true
-}
-
-/// Steps to less and less work from a solution; the last one that is a solution too is kept. How many.
-fn refine(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>, mut aim: f64, least: f64) -> usize {
-    let copy = |system: &System| -> Vec<Box<dyn Constraint>> { system.terms.iter().map(|t| t.copy()).collect() };
-    let (mut good, mut steps, mut since) = ((a.clone(), copy(system)), 0, 0);
-    aim *= REFINED_FALL;
-    while steps < MOST_REFINED && since < MOST_AT_ONE && aim >= least && advance(system, newton, a, aim) {
-        (steps, since) = (steps + 1, since + 1);
-        let progress = review(system, a, true);
-        let near = progress.complementarity <= 10.0 * aim && progress.violation <= 0.0;
-        let tolerance = newton.settings.tolerance;
-        if near && balance(system, a).is_some_and(|[residual, load]| residual <= tolerance * load) {
-            good = (a.clone(), copy(system));
-            (aim, since) = (aim * REFINED_FALL, 0);
-        }
-    }
-    (*a, system.terms) = good;
-    with(system, |t, _| t.aim(None));
-    steps
 }
 
 /// A Newton step, shortened for gaps, for what it may pass, and for forces.
@@ -176,9 +145,13 @@ fn step(system: &mut System, newton: &mut Newton, a: &[f64]) -> Option<(Vec<f64>
     });
     // Slacks are shortened first: what follows looks at the step that is left.
     step.iter_mut().for_each(|s| *s *= parts[0]);
+    // Before the first look at the next state: rows remember what they find in one state only.
+    let before = merit(system, a, 0.0);
     let (part, next) = shortened(system, a, &step)?;
     // Where no part lowers the merit, as near the end where only rounding is left of it, the whole step is tried.
-    let (part, next) = descend(system, a, &step, [part, parts[0]]).unwrap_or((part, next));
+    let (part, next) = before
+        .and_then(|before| descend(system, a, &step, [part, parts[0]], before))
+        .unwrap_or((part, next));
     parts[0] *= part;
     Some((next, parts))
 }
@@ -195,8 +168,13 @@ fn merit(system: &mut System, a: &[f64], part: f64) -> Option<[f64; 3]> {
 }
 
 /// The first of the halved parts that lowers the merit, or what rows lack of their gaps.
-fn descend(system: &mut System, a: &[f64], step: &[f64], [most, of]: [f64; 2]) -> Option<(f64, Vec<f64>)> {
-    let before = merit(system, a, 0.0)?;
+fn descend(
+    system: &mut System,
+    a: &[f64],
+    step: &[f64],
+    [most, of]: [f64; 2],
+    before: [f64; 3],
+) -> Option<(f64, Vec<f64>)> {
     let penalty = PENALTY_FORCES * before[2];
     let value = |m: [f64; 3]| m[0] + penalty * m[1];
     let mut part = most;

@@ -1,5 +1,6 @@
 //! Away from a saddle in exact contact.
 
+use super::aims::Aims;
 use super::polish::polish;
 use super::save;
 use crate::control::{Newton, Potential};
@@ -34,7 +35,7 @@ pub(super) fn leave(system: &mut System, newton: &mut Newton, a: &mut Vec<f64>) 
         let reach = system.reach(&start, &by);
         let part = if reach < 1.0 { BEFORE_TOUCH * reach } else { 1.0 };
         *a = start.iter().zip(&by).map(|(a, b)| a + part * b).collect();
-        let polished = polish(system, newton, a);
+        let polished = polish(system, newton, a, Aims::Careful);
         steps += polished.steps;
         let lower = |energy: f64| energy < before - ENERGY_FALL * before.abs();
         if polished.done && Potential::energy(system, a).is_some_and(lower) {

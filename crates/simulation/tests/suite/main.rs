@@ -10,6 +10,7 @@ mod detection;
 mod elements;
 mod exact;
 mod exact_extremes;
+mod exact_frames;
 mod exact_rings;
 mod extremes;
 mod law_oracle;

@@ -11,18 +11,18 @@ use crate::solid::Cursor;
 /// A slack falls to this part of itself in one step at most; a force too.
 // The fraction-to-the-boundary rule of interior methods (Nocedal and Wright 2006, 19.2) with 0.99.
 const TO_BOUNDARY: f64 = 0.01;
+/// Or to this part of what the aim is of force times slack now: an aim that falls faster must not be stopped by the rule.
+const TO_BOUNDARY_OF_AIM: f64 = 0.1;
+/// A slack begins anew at this part of the depth at most.
+const MOST_RECENTRED_DEPTHS: f64 = 0.5;
 /// A new row begins with this part of the largest force at most.
 const FIRST_FORCE: f64 = 0.01;
 /// Dips less deep than this part of the largest solid are none.
 const LEAST_DIP_EXTENTS: f64 = 1e-13;
 
-/// The part of a step by which a value falls to next to nothing.
-fn most(value: f64, by: f64) -> f64 {
-    if by < 0.0 {
-        (TO_BOUNDARY - 1.0) * value / by
-    } else {
-        1.0
-    }
+/// The part of a step by which a value falls to the part `left` of itself.
+fn most(value: f64, by: f64, left: f64) -> f64 {
+    if by < 0.0 { (left - 1.0) * value / by } else { 1.0 }
 }
 
 impl Active for Exact {
@@ -45,6 +45,20 @@ impl Active for Exact {
         }
     }
 
+    fn recentre(&mut self, work: f64) {
+        let depth = self.between.depth();
+        let aim = Aim { work, depth };
+        // Rows without a slack begin in `aim`.
+        for row in self.rows.iter_mut().filter(|row| row.slack > 0.0) {
+            if row.force > 0.0 {
+                row.slack = row.slack.max((work / row.force).min(MOST_RECENTRED_DEPTHS * depth));
+            }
+            row.force = row.force.max(aim.force(row.slack));
+        }
+        // In corners what a row finds depends on its slack.
+        self.known.forget();
+    }
+
     fn limits(&mut self, bodies: &Bodies, a: &[f64], step: &[f64]) -> [f64; 2] {
         let mut parts = [1.0_f64; 2];
         let mut changes = std::mem::take(&mut self.changes);
@@ -64,10 +78,11 @@ impl Active for Exact {
             let slack = rate + touch.gap - row.slack;
             let own = aim.of(row.force, LOADED_ROW_GAP * self.keep);
             let force = own.force(row.slack) - own.stiffness(row.force, row.slack) * slack - row.force;
-            parts[0] = parts[0].min(most(row.slack, slack));
+            let left = TO_BOUNDARY.min(TO_BOUNDARY_OF_AIM * own.work / (row.force * row.slack));
+            parts[0] = parts[0].min(most(row.slack, slack, left));
             // Far rows have the force of the aim, which follows the slack and needs no limit.
             if !aim.far(row.slack) {
-                parts[1] = parts[1].min(most(row.force, force));
+                parts[1] = parts[1].min(most(row.force, force, left));
             }
             changes.push([slack, force]);
         }
