@@ -164,7 +164,7 @@ fn trade(trade: &Trade) {
     let row = |k: usize| -> Row { (format!("{} mm", sizes[k]), 1e3 * times[k], errors_mm[k]) };
     let dial = Dial {
         name: "tissue-piece",
-        chosen: "3 mm".to_owned(),
+        chosen: "5 mm".to_owned(),
         time_unit: "ms an image of 512 x 512",
         error_unit: "mm",
         against: "largest distance of a pixel's place at rest to the inverse of the motion that Newton's method finds to 1e-9 mm",

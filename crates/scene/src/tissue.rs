@@ -48,7 +48,7 @@ impl Default for RawTissue {
             refresh_mm: 1.0,
             delay: 2,
             late_ms: 50.0,
-            piece_mm: 3.0,
+            piece_mm: 5.0,
             error_every: 2,
         }
     }

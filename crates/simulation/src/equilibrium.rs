@@ -6,6 +6,7 @@ mod follow;
 mod polish;
 mod refine;
 mod saddle;
+mod step;
 
 use crate::constraint::{Change, Constraint, Stage};
 use crate::control::{Failed, Minimum, Newton, Settings};

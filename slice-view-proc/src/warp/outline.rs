@@ -4,9 +4,10 @@ use super::corners::Corners;
 use super::edge::{Corner, Edge, crossing};
 use super::faces::FACES;
 use super::placed::Held;
-use super::whole::MOST_SPAN;
 
-/// Corners of pieces along an axis of a cube, at most.
+/// Pieces along an axis of a cube that is drawn whole, at most: beyond, they are as small as the grid would be.
+pub(super) const MOST_SPAN: i32 = 8;
+/// Corners of them.
 const ACROSS: usize = MOST_SPAN as usize + 1;
 /// Crossings of a row, at most.
 const MOST: usize = 8;

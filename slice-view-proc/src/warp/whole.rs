@@ -3,13 +3,11 @@
 
 use super::corners::Corners;
 use super::inverse::{LEFT, Map, Stretch};
-use super::outline::Outline;
+use super::outline::{MOST_SPAN, Outline};
 use super::placed::Held;
 use super::raster::{Canvas, PART};
 use super::sheet::{MOST_TILE, Sheet};
 
-/// Pieces along an axis of a cube, at most: beyond, they are as small as the grid would be.
-pub(super) const MOST_SPAN: i32 = 8;
 /// By how much the slope may change within a cube, of the slope in its middle: below 1 nothing is turned inside out.
 const MOST_CHANGE: f32 = 0.95;
 /// By how much the slope may change from a node to the pixels about it, of the slope there.

@@ -1,6 +1,6 @@
 //! From which forces times gaps the steps to exact contact come down, and how fast.
 
-use super::polish::with;
+use super::step::with;
 use crate::constraint::Progress;
 use crate::system::System;
 

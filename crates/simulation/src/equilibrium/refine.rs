@@ -1,6 +1,6 @@
 //! From a solution to one with less force times gap: gaps of rows that have next to no force are about the square root of it.
 
-use super::polish::{advance, balance, review, with};
+use super::step::{advance, balance, review, with};
 use crate::constraint::Constraint;
 use crate::control::Newton;
 use crate::system::System;

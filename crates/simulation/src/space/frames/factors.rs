@@ -74,6 +74,7 @@ impl Factor {
             ldl: &self.ldl,
             touches,
         };
+        // Blocks go by the numbers of points near; their columns stay.
         self.active.clear();
         for point in pressing {
             self.active.column(&tissue, *point);

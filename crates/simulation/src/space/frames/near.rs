@@ -54,6 +54,7 @@ impl Tissue<'_> {
         let (touches, mut column) = (self.touches, Vec::new());
         let (mut all, mut own) = (vec![0.0; self.ldl.order().len()], Vec::new());
         for direction in 0..3 {
+            // Forces on the nodes that carry the point, as it is the sum of theirs.
             all.fill(0.0);
             for (unknown, weight) in touches.combination(point, direction) {
                 all[unknown as usize] += weight;
@@ -123,6 +124,7 @@ impl Active {
 
     /// How forces on one point move another; not at all, one of another solid.
     fn moved_by(touches: &Touches, point: usize, (by, column): (usize, &[f64])) -> Matrix3<f64> {
+        // No factor has an entry between two solids.
         let part = touches.part(by);
         if touches.part(point) != part {
             return Matrix3::zeros();

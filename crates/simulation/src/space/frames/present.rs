@@ -141,6 +141,7 @@ impl Frames {
         for (k, p) in pressing.iter().enumerate() {
             let number = active.take(&tissue, &near, k);
             let normal = p.distance.gradient;
+            // Held along the normal: without a spring, as a stiff one would have to be taken off again.
             rows.push(Row {
                 number,
                 direction: normal,
@@ -208,11 +209,13 @@ impl Yielding<'_> {
     pub(super) fn response(&self, forces: &[f64], kept: &[f64]) -> Option<Response> {
         let (touches, fixed) = (&self.frames.contact.touches, &self.frames.system.fixed);
         let ldl = &self.present.ldl;
+        // What is held has pivots in the matrix like any other unknown.
         let held = forces.iter().zip(fixed);
         let mut forces: Vec<f64> = held.map(|(force, fixed)| if *fixed { 0.0 } else { *force }).collect();
         let mut free = forces.clone();
         ldl.solve(&mut free);
         let moved = self.moved(&free);
+        // What contact must undo: where points would go without it, less where they are kept.
         let each = self.rows.iter().map(|row| {
             let kept = if row.spring.is_none() { kept[row.number] } else { 0.0 };
             row.direction.dot(&moved[row.number]) - kept
@@ -222,6 +225,7 @@ impl Yielding<'_> {
             Some(solved) => solved.solve(&along)?,
             None => along,
         };
+        // Solved for again with these forces, not added up: the sum of large ways that cancel would keep their rounding.
         let (mut own, mut more) = (vec![0.0; touches.unknowns()], vec![0.0; self.pressing.len()]);
         for (row, q) in self.rows.iter().zip(q.iter()) {
             let p = &self.pressing[row.number];

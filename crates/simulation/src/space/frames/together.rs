@@ -90,10 +90,12 @@ impl Together {
     /// Moves the tube to a pose, and the solids with it: one that presses on nothing and that the tube would not touch at the start is there, to the bit. Refused as
     /// soon as one is, or as [`Refused::Denied`] where `allowed` denies the state of all; then all are where they were, as after any refusal.
     pub fn frame_where(&mut self, pose: &Isometry3<f64>, allowed: impl FnOnce(&Bodies, &[f64]) -> bool) -> Frame {
+        // Kept by all: one that could follow goes back with one that could not.
         let starts: Vec<_> = self.each.iter().map(Frames::start).collect();
         let frames: Vec<Frame> = self.each.iter_mut().map(|one| one.rest_or_frame(pose)).collect();
         let found = all(&frames);
         self.gather();
+        // Others are asked of what all came to together.
         let why = match found.state {
             State::Refused(why) => why,
             _ if allowed(&self.whole.bodies, &self.a) => return found,
@@ -123,6 +125,7 @@ impl Together {
             {
                 continue;
             }
+            // Made once for all numbers: its factor is what takes the time.
             let yielding = one.yielding()?;
             let first = bodies.offset(body);
             for (change, all) in changes.iter_mut().zip(forces) {
