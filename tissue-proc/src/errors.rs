@@ -40,26 +40,35 @@ const MOST_GROWTH: f64 = 0.25;
 const UNSEEN_MM: f64 = 0.01;
 
 /// How large a state is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Size {
+    /// Which organs the tube presses.
+    pressed: Vec<bool>,
     /// On the tube, N.
-    force: f64,
+    force: Vector3<f64>,
     /// Of the targets, mm.
     ways: [f64; MOST_ERRORS],
 }
 
 impl Size {
-    /// Whether the errors of a state of this size are too small for one of `later`.
+    /// Whether the errors of a state of this size say nothing of one of `later`: too small for it, or of other organs, or of a force along which nothing is known.
     fn is_outgrown_by(&self, later: &Self) -> bool {
         let most = |before: f64| before * (1.0 + MOST_GROWTH);
+        let size = self.force.norm();
+        let across = later.force - self.force * (later.force.dot(&self.force) / size.powi(2).max(f64::MIN_POSITIVE));
+        let is_turned =
+            across.norm() > MOST_GROWTH * size.min(later.force.norm()) || later.force.dot(&self.force) < 0.0;
+        if self.pressed != later.pressed || is_turned {
+            return true;
+        }
         let ways = self.ways.iter().zip(&later.ways);
         let mut far = ways.map(|(before, way)| *way > most(*before) + UNSEEN_MM);
-        later.force > most(self.force) || far.any(|is_far| is_far)
+        later.force.norm() > most(size) || far.any(|is_far| is_far)
     }
 }
 
 /// The errors of a state, and which that was.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Known {
     /// Of the tube.
     pose: Isometry3<f64>,
@@ -158,8 +167,11 @@ impl Errors {
         for (way, place) in ways.iter_mut().zip(&self.places) {
             *way = place.moved(live, live.frames.state()).norm();
         }
-        let force = frame.force.force.norm();
-        Size { force, ways }
+        Size {
+            pressed: live.frames.pressed(),
+            force: frame.force.force,
+            ways,
+        }
     }
 
     /// What was found says nothing of what comes.
@@ -234,7 +246,11 @@ mod tests {
         let size = |force: f64, way: f64| {
             let mut ways = [0.0; MOST_ERRORS];
             ways[MOST_ERRORS - 1] = way;
-            Size { force, ways }
+            Size {
+                pressed: vec![true, false],
+                force: Vector3::x() * force,
+                ways,
+            }
         };
         let known = size(0.4, 2.0);
         for (later, outgrown) in [
@@ -247,6 +263,30 @@ mod tests {
         ] {
             assert_eq!(known.is_outgrown_by(&later), outgrown, "{later:?}");
         }
+        // Of another organ, as large; and along another direction, of which the first one's error says nothing.
+        let other = Size {
+            pressed: vec![false, true],
+            ..size(0.4, 2.0)
+        };
+        assert!(known.is_outgrown_by(&other));
+        for force in [
+            Vector3::new(0.0, 0.4, 0.0),
+            Vector3::new(0.3, 0.2, 0.0),
+            Vector3::new(-0.4, 0.0, 0.0),
+        ] {
+            assert!(
+                known.is_outgrown_by(&Size {
+                    force,
+                    ..size(0.4, 2.0)
+                }),
+                "{force}"
+            );
+        }
+        let little = Vector3::new(0.39, 0.05, 0.0);
+        assert!(!known.is_outgrown_by(&Size {
+            force: little,
+            ..size(0.4, 2.0)
+        }));
         // Of a target that is hardly moved, rounding is no growth.
         assert!(!size(0.4, 1e-9).is_outgrown_by(&size(0.4, 1e-6)));
     }

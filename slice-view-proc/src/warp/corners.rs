@@ -62,8 +62,8 @@ impl<'a> Corners<'a> {
             let depth = self.nodes[node][2];
             (least, most) = (least.min(depth), most.max(depth));
         }
-        // Rounding of corners between nodes is far below a part of a million of this.
-        let beyond = 0.5 * (FACE_BEYOND - 1.0) * (most - least) + 1e-6 * most.max(-least);
+        // Places are in single precision: a smaller neighbour's nodes lie on this face to some 3e-5 mm.
+        let beyond = 0.5 * (FACE_BEYOND - 1.0) * (most - least) + 1e-6 * most.max(-least) + 1e-4;
         least - beyond <= 0.0 && most + beyond >= 0.0
     }
 }

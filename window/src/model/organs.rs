@@ -33,9 +33,14 @@ pub fn organs(known: &Known<'_>) -> Option<Organs> {
     let is_current = |state| matches!(state, FrameState::Live | FrameState::Requested);
     let stamp = header.map(|header| header.stamp);
     let stamp = stamp.filter(|stamp| stamp.state_at(known.now_ns, known.ages()).is_some_and(is_current));
+    // Nor is where organs were.
+    let (word, shown) = match stamp {
+        Some(_) => (word, shown),
+        None => ("ORGANS NOT KNOWN", None),
+    };
     let force = stamp.and_then(|stamp| stamp.force()).map(|(force, error)| {
         let error = error.map_or_else(|| "UNKNOWN".to_owned(), |error| format!("{error:.2}"));
-        format!("{force:.2} N \u{b1}{error}")
+        format!("{force:.2} N \u{b1}{error} (95 %)")
     });
     Some(Organs {
         word,

@@ -509,8 +509,14 @@ fn the_force_on_the_tube_is_that_of_the_image_shown_and_a_state_that_is_not_sett
         (organs.word, organs.tone, organs.force)
     };
     let quiet = |force: &str| ("MODEL", Tone::Quiet, force.to_owned());
-    assert_eq!(said(TissueShown::Settled, 0.524, 0.301), quiet("0.52 N \u{b1}0.30"));
-    assert_eq!(said(TissueShown::Settled, 0.524, -1.0), quiet("0.52 N \u{b1}UNKNOWN"));
+    assert_eq!(
+        said(TissueShown::Settled, 0.524, 0.301),
+        quiet("0.52 N \u{b1}0.30 (95 %)")
+    );
+    assert_eq!(
+        said(TissueShown::Settled, 0.524, -1.0),
+        quiet("0.52 N \u{b1}UNKNOWN (95 %)")
+    );
     for none in [-1.0, f64::NAN, f64::INFINITY] {
         assert_eq!(said(TissueShown::Settled, none, 0.3), quiet(""));
     }
@@ -532,5 +538,9 @@ fn the_force_on_the_tube_is_that_of_the_image_shown_and_a_state_that_is_not_sett
         (header.stamp.force_n, header.stamp.force_95_n) = (0.5, 0.3);
         header.stamp.t_capture_ns -= 60_000_000_000;
     }
-    assert_eq!(old.model().organs.unwrap().force, "");
+    let old = old.model().organs.unwrap();
+    assert_eq!(
+        (old.word, old.tone, &*old.force),
+        ("ORGANS NOT KNOWN", Tone::Warning, "")
+    );
 }

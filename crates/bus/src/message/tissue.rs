@@ -119,7 +119,10 @@ fn covariance(values: &[f64; 6]) -> Option<[[f64; 3]; 3]> {
         && [xx, yy, zz].iter().all(|v| (0.0..=MOST_VARIANCE).contains(v))
         && fits(xy, xx, yy)
         && fits(xz, xx, zz)
-        && fits(yz, yy, zz);
+        && fits(yz, yy, zz)
+        // Each two may go together, and all three not.
+        && xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+            >= -1e-9 * xx * yy * zz - f64::MIN_POSITIVE;
     is_one.then_some([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 }
 

@@ -130,6 +130,7 @@ fn an_error_is_that_of_its_place_or_not_known() {
         [4.0, 2.1, -0.5, 1.0, 0.0, 0.25],
         [4.0, 1.0, -0.5, 1.0, f64::INFINITY, 0.25],
         [4.0, 1.0, -0.5, 1e7, 0.0, 0.25],
+        [4.0, -4.0, -4.0, 4.0, -4.0, 4.0],
     ] {
         header.errors[0].covariance = bad;
         assert_eq!(header.error_of([1.0, 2.0, 3.0]), None, "{bad:?}");

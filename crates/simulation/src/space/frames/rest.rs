@@ -5,8 +5,11 @@ use nalgebra::Isometry3;
 use super::mix::Mix;
 use super::report::Frame;
 use super::search::Found;
-use super::{Frames, Now};
+use super::{Frames, Now, PART_OF_RADIUS};
 use crate::space::tube::Tube;
+
+/// A way of more parts than this is not looked at part by part.
+const MOST_SEEN: f64 = 64.0;
 
 impl Frames {
     /// Whether nothing presses on the tube.
@@ -55,12 +58,25 @@ impl Frames {
         self.clear(pose, &self.begun.a)
     }
 
-    /// At the start where nothing presses and that is clear, else as the tube moves tissue.
+    /// At the start where nothing presses and the straight way there is clear of that, else as the tube moves tissue.
     pub(super) fn rest_or_frame(&mut self, pose: &Isometry3<f64>) -> Frame {
-        match self.is_free().then(|| self.rest(pose)).flatten() {
+        let may_rest = self.is_free() && self.is_clear_on_the_way(pose);
+        match may_rest.then(|| self.rest(pose)).flatten() {
             Some(frame) => frame,
             None => self.frame(pose),
         }
+    }
+
+    /// Whether the tube touches nothing of the state at the start where it is between two parts of the way to a pose: it is seen there as it would be walked.
+    fn is_clear_on_the_way(&self, pose: &Isometry3<f64>) -> bool {
+        let parts = self.way_to(pose) / (PART_OF_RADIUS * self.tube().least_radius());
+        // Nobody walks farther, and no number is no way.
+        if parts.is_nan() || parts > MOST_SEEN {
+            return false;
+        }
+        let parts = parts.ceil() as usize;
+        let between = (1..parts).map(|k| self.tube().toward(pose, k as f64 / parts as f64));
+        between.into_iter().all(|tube| self.is_clear(tube.pose()))
     }
 
     /// At the start, with such a tube.

@@ -58,6 +58,11 @@ impl Together {
         self.each.iter().map(|one| one.way_to(pose)).fold(0.0, f64::max)
     }
 
+    /// Which solids the tube presses.
+    pub fn pressed(&self) -> Vec<bool> {
+        self.each.iter().map(|one| !one.is_free()).collect()
+    }
+
     /// Whether nothing presses on the tube.
     pub fn is_free(&self) -> bool {
         self.each.iter().all(Frames::is_free)
@@ -108,7 +113,7 @@ impl Together {
     }
 
     /// What small forces on all unknowns, N, do to the state, each to first order: [`super::Yielding::to`]. `None` where that is not known of a solid that
-    /// some of them push.
+    /// some of them push, nor where none pushes one that has moved: then nothing is said of what moved it.
     pub fn changes(&mut self, forces: &[Vec<f64>]) -> Option<Vec<Change>> {
         let none = || Change {
             unknowns: vec![0.0; self.a.len()],
@@ -118,12 +123,13 @@ impl Together {
         for (body, one) in self.each.iter_mut().enumerate() {
             let bodies = &self.whole.bodies;
             let own = |all: &'_ [f64]| bodies.part(body, all).to_vec();
-            // A solid at rest has no force by any number: its second derivatives are not asked for.
-            if forces
-                .iter()
-                .all(|all| bodies.part(body, all).iter().all(|f| *f == 0.0))
-            {
+            let is_zero = |all: &[f64]| bodies.part(body, all).iter().all(|x| *x == 0.0);
+            // A solid at rest is there whatever its numbers are: its second derivatives are not asked for.
+            if is_zero(&self.a) {
                 continue;
+            }
+            if forces.iter().all(|all| is_zero(all)) {
+                return None;
             }
             // Made once for all numbers: its factor is what takes the time.
             let yielding = one.yielding()?;

@@ -113,7 +113,10 @@ fn compared(depth: f64, refresh: f64) -> Vec<[f64; 2]> {
         });
         let again = (up - down) / (2.0 * small);
         let off_force = (pushed_by - again).norm();
-        assert!(off_force <= EXACT * again.norm(), "off by {off_force}: {pushed_by}{again}");
+        assert!(
+            off_force <= EXACT * again.norm(),
+            "off by {off_force}: {pushed_by}{again}"
+        );
         [off, most]
     });
     each.collect()
