@@ -172,11 +172,7 @@ impl Frames {
                     ..self.report(state, &found)
                 }
             }
-            Err(refused) => {
-                self.restore(start);
-                self.last = None;
-                self.refuse(refused)
-            }
+            Err(refused) => self.give_up(start, refused),
         }
     }
 

@@ -61,9 +61,7 @@ impl Factor {
     /// Whether a matrix is definite, with its factor if so; `None` where there is none, or a pivot vanishes.
     fn factored(&mut self, system: &System, a: &[f64], convex: &[bool]) -> Option<bool> {
         system.hessian_where(a, convex, &mut self.matrix)?;
-        // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
-        let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        self.matrix.fix(system.fixed(), scale);
+        hold(&mut self.matrix, system);
         self.ldl.take(&self.matrix);
         self.ldl.definite(0.0).ok()
     }
@@ -79,9 +77,19 @@ impl Factor {
         for point in pressing {
             self.active.column(&tissue, *point);
         }
-        let mean = self.active.mean(&tissue, &points);
+        // Once a factor: columns that are made for what is only told must not change what contact is measured by.
+        let mean = match self.near.mean() {
+            mean if mean > 0.0 => mean,
+            _ => self.active.mean(&tissue, &points),
+        };
         self.near = Arc::new(Near::new(points, mean));
     }
+}
+
+/// Leaves out unknowns that are held: they get a pivot in the scale of the others, so that none of them looks singular.
+pub(super) fn hold(matrix: &mut Triplets, system: &System) {
+    let scale = matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    matrix.fix(system.fixed(), scale);
 }
 
 /// Which solids a direction moves.

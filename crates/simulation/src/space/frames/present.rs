@@ -14,6 +14,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricTridiagonal, Vector3, Vector6};
 
 use super::Frames;
+use super::factors::hold;
 use super::near::{Active, Near, Tissue};
 use super::pressed::bends;
 use crate::control::Potential;
@@ -183,9 +184,7 @@ impl Present {
     fn factor(&mut self, frames: &Frames) -> Option<usize> {
         let system = &frames.system;
         system.hessian(&frames.now.a, false, &mut self.matrix)?;
-        // Held unknowns get a pivot in the scale of the others, so that none of them looks singular.
-        let scale = self.matrix.diagonal().into_iter().fold(f64::MIN_POSITIVE, f64::max);
-        self.matrix.fix(system.fixed(), scale);
+        hold(&mut self.matrix, system);
         Some(self.ldl.factor(&self.matrix, 0.0).ok()?.negative)
     }
 
